@@ -22,7 +22,7 @@ def motion_rates(disc: Discretisation, analysis: Analysis) -> Mapping[str, Motio
     therefore minus the sum of every load times the derivative by it; sheets, fibres and contact are loads in this
     sense, but their shares are not known here, so with them there is no derivative by the modulus.
     """
-    found = {}
+    rates = {}
     for name, equilibrium in analysis.equilibria.items():
         at, state, model = analysis.configurations[name], equilibrium.state, disc.model
         _, _, seeds = _MOTIONS.jacobian(model, at.X, state)
@@ -32,11 +32,11 @@ def motion_rates(disc: Discretisation, analysis: Analysis) -> Mapping[str, Motio
         by_pressure = -np.array([loads.pressure for loads in acting])
         alone = model.contact is None and len(at.loads.reinforcement) == 0
         by_modulus = np.array([_work(loads, at.loads) for loads in acting]) if alone else None
-        found[name] = MotionRates(
+        rates[name] = MotionRates(
             {chamber: tuple(map(float, by_pressure[:, k])) for k, chamber in enumerate(model.chambers)},
             None if by_modulus is None else tuple(map(float, by_modulus)),
         )
-    return found
+    return rates
 
 
 def _work(acting, loads) -> float:

@@ -96,13 +96,13 @@ def _binary(data: bytes, most: int) -> np.ndarray:
 
 
 def _text(data: bytes, most: int) -> np.ndarray:
-    found = _VERTEX.findall(data) if data.lstrip()[:5].lower() == b"solid" else []
-    _few(len(found) // 3, most)
-    if not found or len(found) % 3 or data.lower().count(b"endfacet") != len(found) // 3:
+    numbers = _VERTEX.findall(data) if data.lstrip()[:5].lower() == b"solid" else []
+    _few(len(numbers) // 3, most)
+    if not numbers or len(numbers) % 3 or data.lower().count(b"endfacet") != len(numbers) // 3:
         raise ValueError("is not a whole STL file; export it again, as binary or text STL")
     try:
         with np.errstate(over="ignore"):
-            return np.array(found).astype(float).astype(np.float32).reshape(-1, 3, 3)
+            return np.array(numbers).astype(float).astype(np.float32).reshape(-1, 3, 3)
     except ValueError:
         raise ValueError("has a corner that is no number; export it again") from None
 

@@ -81,11 +81,11 @@ def _on(surface: Surface, nodes: np.ndarray) -> np.ndarray:
     locator = vtkStaticCellLocator()
     locator.SetDataSet(pyvista.PolyData.from_regular_faces(surface.points, surface.triangles))
     locator.BuildLocator()
-    cell, part, distance, found = mutable(0), mutable(0), mutable(0.0), np.empty_like(nodes)
+    cell, part, distance, places = mutable(0), mutable(0), mutable(0.0), np.empty_like(nodes)
     for number, node in enumerate(nodes):
         if number % _AT_ONCE == 0:
             stop_if_asked()
         place = np.zeros(3)
         locator.FindClosestPoint(node, place, cell, part, distance)  # pyright: ignore[reportArgumentType]
-        found[number] = place
-    return found
+        places[number] = place
+    return places

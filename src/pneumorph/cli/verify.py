@@ -51,7 +51,7 @@ def verify(only: list[str], write: Path | None) -> None:
     console.print(_table(outcomes))
     if write is not None:
         _write(write, markdown(chosen, outcomes))
-    failed = [name for name, found in outcomes.items() if any(_verdict(outcome) == "FAILED" for outcome in found)]
+    failed = [name for name, results in outcomes.items() if any(_verdict(outcome) == "FAILED" for outcome in results)]
     if failed:
         raise ComputationError(f"{len(failed)} of {len(chosen)} cases failed: {', '.join(failed)}")
 
@@ -98,8 +98,8 @@ def _cells(outcome: Outcome) -> list[str]:
 def _table(outcomes: Mapping[str, list[Outcome]]) -> Table:
     table = Table(*HEADINGS)
     styles = {"passed": "green", "skipped": "yellow", "FAILED": "bold red"}
-    for name, found in outcomes.items():
-        for index, outcome in enumerate(found):
+    for name, results in outcomes.items():
+        for index, outcome in enumerate(results):
             *cells, verdict = _cells(outcome)
             table.add_row("" if index else name, *map(escape, cells), Text(verdict, style=styles[verdict]))
         table.add_section()
@@ -117,8 +117,8 @@ def markdown(chosen: tuple[Case, ...], outcomes: Mapping[str, list[Outcome]]) ->
         f"| {' | '.join(HEADINGS)} |",
         f"|{' --- |' * len(HEADINGS)}",
     ]
-    for name, found in outcomes.items():
-        for index, outcome in enumerate(found):
+    for name, results in outcomes.items():
+        for index, outcome in enumerate(results):
             lines.append(f"| {' | '.join(['' if index else name, *_cells(outcome)])} |")
     lines += ["", "## References", ""]
     lines += [f"- {case.name}: {case.source}." for case in chosen]
@@ -129,15 +129,15 @@ def markdown(chosen: tuple[Case, ...], outcomes: Mapping[str, list[Outcome]]) ->
 
 def versions() -> dict[str, str]:
     """Versions of the packages and programs that the numbers depend on, where they are installed."""
-    found = {"Python": platform.python_version()}
+    installed = {"Python": platform.python_version()}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            installed[name] = version(name)
         except PackageNotFoundError:
             continue
     if number := calculix.version():
-        found["CalculiX"] = number
-    return found
+        installed["CalculiX"] = number
+    return installed
 
 
 def _write(path: Path, text: str) -> None:

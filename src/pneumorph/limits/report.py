@@ -111,9 +111,9 @@ class LimitReport:
 
     def values(self) -> dict[str, float | None]:
         """Certified values by their keys in the history; None for limits that the problem does not have."""
-        found = {reading.limit: reading.value for reading in self.readings}
-        own = (limit for limit in OF_SHAPE if limit.name in found or limit.name == ENVELOPE.name)
-        return {limit.key: found.get(limit.name) for limit in own if limit.key is not None}
+        values = {reading.limit: reading.value for reading in self.readings}
+        own = (limit for limit in OF_SHAPE if limit.name in values or limit.name == ENVELOPE.name)
+        return {limit.key: values.get(limit.name) for limit in own if limit.key is not None}
 
     def violated(self) -> tuple[LimitReading, ...]:
         """Limits that are not certified to be satisfied."""

@@ -51,5 +51,5 @@ def in_history(limits: Limits) -> list[tuple[Limit, str, float]]:
     """The limits of a problem that its history contains, in the order they are shown: limit, key and bound."""
     kinds = TUBE_KINDS if limits.scaling is None else LATTICE_KINDS
     own = (*(limit for kind in kinds for limit in kind.limits), *OF_STATES)
-    found = ((limit, limit.key, limit.read(limits)) for limit in own)
-    return [(limit, key, bound) for limit, key, bound in found if key is not None and bound is not None]
+    known = ((limit, limit.key, limit.read(limits)) for limit in own)
+    return [(limit, key, bound) for limit, key, bound in known if key is not None and bound is not None]

@@ -177,11 +177,11 @@ def _open_edges(part: Triangles) -> int:
 
 
 def _parts(shape: TopoDS_Shape, kind: TopAbs_ShapeEnum) -> list[TopoDS_Shape]:
-    explorer, found = TopExp_Explorer(shape, kind), []
+    explorer, parts = TopExp_Explorer(shape, kind), []
     while explorer.More():
-        found.append(explorer.Current())
+        parts.append(explorer.Current())
         explorer.Next()
-    return found
+    return parts
 
 
 def _samples(surface: TubeSurface) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -207,8 +207,8 @@ def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
         rows = np.flatnonzero((r >= r_start - 1e-12) & (r <= r_stop + 1e-12))
         columns = np.flatnonzero((q >= q_start - 1e-12) & (q <= q_stop + 1e-12))
         for row in rows:
-            found = [face.Value(q[column], r[row]) for column in columns]
-            away = np.array([(point.X(), point.Y(), point.Z()) for point in found]) - points[row, columns]
+            values = [face.Value(q[column], r[row]) for column in columns]
+            away = np.array([(point.X(), point.Y(), point.Z()) for point in values]) - points[row, columns]
             nearest[row, columns] = np.minimum(nearest[row, columns], np.linalg.norm(away, axis=1))
     if surface.ends == "pole":
         return float(nearest.max())

@@ -82,13 +82,13 @@ def read_3mf(path: Path) -> dict[str, Triangles]:
         model.QueryReader("3mf").ReadFromFile(str(path))
     except Lib3MF.ELib3MFException as error:
         raise OSError(f"{path}: is not a 3MF file ({error})") from None
-    objects, found = model.GetMeshObjects(), {}
+    objects, meshes = model.GetMeshObjects(), {}
     while objects.MoveNext():
         mesh = objects.GetCurrentMeshObject()
         points = np.array([tuple(vertex.Coordinates) for vertex in mesh.GetVertices()], dtype=float)
         corners = np.array([tuple(triangle.Indices) for triangle in mesh.GetTriangleIndices()], dtype=np.int64)
-        found[mesh.GetName()] = Triangles(points, corners)
-    return found
+        meshes[mesh.GetName()] = Triangles(points, corners)
+    return meshes
 
 
 def read_stl(path: Path) -> Triangles:

@@ -86,8 +86,8 @@ def _cap(surface: TubeSurface, points: Array, rim: NDArray[np.int64]) -> NDArray
     """Triangles of an end disc between the points of its rim, oriented in the sense of q."""
     # q runs clockwise on a chamber, but the polygon must be given counter-clockwise.
     rim = rim[::-1] if surface.cavity else rim
-    found = rim[manifold3d.triangulate([points[rim, :2]])]
-    return found[:, ::-1] if surface.cavity else found
+    triangles = rim[manifold3d.triangulate([points[rim, :2]])]
+    return triangles[:, ::-1] if surface.cavity else triangles
 
 
 def _divisions(surface: TubeSurface, chord: float) -> tuple[int, NDArray[np.int64]]:

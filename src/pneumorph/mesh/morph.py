@@ -205,7 +205,7 @@ def _of_sector(
     """The extensions across and along the axis."""
     (nodes, sources), count = straight.tied, len(straight.points)
     own = np.setdiff1d(inner, nodes)
-    found = []
+    extensions = []
     phase = np.exp(2j * np.pi / turns_of(straight.part))
     for components, image, free in (([0, 1], phase, np.setdiff1d(own, straight.axis)), ([2], 1.0, own)):
         values = np.ones(count, type(image))
@@ -214,8 +214,8 @@ def _of_sector(
         columns[nodes] = sources
         by = sparse.csr_array((values, (np.arange(count), columns)), (count, count))
         tied = sparse.csr_array(by.conj().T @ stiffness @ by)
-        found.append((np.array(components), _extension(tied, n_surface, free)))
-    return found
+        extensions.append((np.array(components), _extension(tied, n_surface, free)))
+    return extensions
 
 
 def _extension(stiffness: sparse.csr_array, n_surface: int, inner: np.ndarray) -> Extension:

@@ -32,13 +32,13 @@ def scaled_jacobian(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
 
 @numba.njit(cache=True, nogil=True)
 def _each(points, tets):
-    found, nodes = np.empty(len(tets)), np.empty((10, 3))
+    qualities, nodes = np.empty(len(tets)), np.empty((10, 3))
     for e in range(len(tets)):
         for a in range(10):
             for i in range(3):
                 nodes[a, i] = points[tets[e, a], i]
-        found[e] = of_element(nodes)
-    return found
+        qualities[e] = of_element(nodes)
+    return qualities
 
 
 @numba.njit(cache=True, nogil=True)

@@ -112,7 +112,7 @@ class _Curved:
 
 @numba.njit(cache=True, nogil=True)
 def _quality(points, tets, keys, mids, n):
-    found, nodes = np.empty(len(tets)), np.empty((10, 3))
+    qualities, nodes = np.empty(len(tets)), np.empty((10, 3))
     for e in range(len(tets)):
         for a in range(4):
             for i in range(3):
@@ -124,8 +124,8 @@ def _quality(points, tets, keys, mids, n):
             curved = at < len(keys) and keys[at] == key
             for i in range(3):
                 nodes[4 + k, i] = mids[at, i] if curved else (points[one, i] + points[other, i]) / 2.0
-        found[e] = of_element(nodes)
-    return found
+        qualities[e] = of_element(nodes)
+    return qualities
 
 
 def _inward(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

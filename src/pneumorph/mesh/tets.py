@@ -161,10 +161,10 @@ class TetMesh:
     @property
     def tied(self) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (n,) in the second cut of a sector, and those (n,) in the first whose images they are."""
-        found = [(self.faces[name], self.faces[f"{name} image"]) for name in self.part if name not in self.mirrors]
-        if not found:
+        cuts = [(self.faces[name], self.faces[f"{name} image"]) for name in self.part if name not in self.mirrors]
+        if not cuts:
             return np.zeros(0, int), np.zeros(0, int)
-        ((first, second),) = found
+        ((first, second),) = cuts
         nodes, places = np.unique(second, return_index=True)
         sources = first[:, TURNED].ravel()[places]
         # Nodes on the axis are in both.
@@ -175,8 +175,8 @@ class TetMesh:
     def axis(self) -> np.ndarray:
         """Sorted indices of the nodes of a sector that are on the axis."""
         names = [name for name in self.part if name not in self.mirrors]
-        found = [np.intersect1d(self.faces[name], self.faces[f"{name} image"]) for name in names]
-        return np.concatenate([np.zeros(0, int), *found])
+        shared = [np.intersect1d(self.faces[name], self.faces[f"{name} image"]) for name in names]
+        return np.concatenate([np.zeros(0, int), *shared])
 
     def mirror_nodes(self, plane: str) -> np.ndarray:
         """Sorted indices of the nodes in one of its mirror planes."""

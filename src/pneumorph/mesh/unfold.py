@@ -44,13 +44,13 @@ class Unfolded:
 def unfold(mesh: TetMesh, keep: Collection[str] = ()) -> Unfolded:
     """Unfold a mesh about the cuts of its part, but for those to `keep`; a whole mesh is returned unchanged."""
     n = len(mesh.points)
-    found = Unfolded(mesh, np.arange(n), np.tile(np.eye(3), (n, 1, 1)), 1)
+    unfolded = Unfolded(mesh, np.arange(n), np.tile(np.eye(3), (n, 1, 1)), 1)
     for cut in mesh.part:
         if cut not in keep:
-            step = _doubled(found.mesh, cut) if cut in MIRRORS else _joined(mesh)
-            source, turn = found.source[step.source], step.turn @ found.turn[step.source]
-            found = Unfolded(step.mesh, source, turn, step.copies * found.copies)
-    return found
+            step = _doubled(unfolded.mesh, cut) if cut in MIRRORS else _joined(mesh)
+            source, turn = unfolded.source[step.source], step.turn @ unfolded.turn[step.source]
+            unfolded = Unfolded(step.mesh, source, turn, step.copies * unfolded.copies)
+    return unfolded
 
 
 def _doubled(mesh: TetMesh, plane: str) -> Unfolded:

@@ -95,11 +95,11 @@ def _jacobian(objective: Objective, traits: ModelTraits, at: ElementSums) -> tup
     assert measure is not None
 
     def residuals(at: ElementSums) -> tuple[Array, Array]:
-        found = measure(features_of(traits, at))
-        return found, found
+        value = measure(features_of(traits, at))
+        return value, value
 
-    slopes, found = jax.jacrev(residuals, has_aux=True)(at)
-    return found, slopes
+    slopes, value = jax.jacrev(residuals, has_aux=True)(at)
+    return value, slopes
 
 
 def squares(

@@ -45,13 +45,13 @@ def main() -> None:
 
 def opened(panels: Sequence[Panel]) -> Iterator[Opened]:
     """The bodies of panels, cut open; states of one mesh that are cut alike are cut once for all of them."""
-    found: dict[int, Opened] = {}
+    cut: dict[int, Opened] = {}
     for number, panel in enumerate(panels):
-        if number not in found:
+        if number not in cut:
             alike = [other for other in range(number, len(panels)) if _alike(panel, panels[other])]
             parts = cut_alike([panels[other].shape for other in alike], panel.view.normal, panel.view.offset)
-            found |= dict(zip(alike, parts, strict=True))
-        yield found.pop(number)
+            cut |= dict(zip(alike, parts, strict=True))
+        yield cut.pop(number)
 
 
 def _alike(one: Panel, other: Panel) -> bool:

@@ -19,24 +19,24 @@ def grid(problem: Problem, fields: Fields) -> pv.UnstructuredGrid:
     """
     mesh = fields.mesh
     rubbers = rubbers_of(problem) if fields.mesh.regions else {REST: rubbers_of(problem)[REST]}
-    found = pv.UnstructuredGrid({pv.CellType.QUADRATIC_TETRA: mesh.tets}, np.array(mesh.points))
+    cells = pv.UnstructuredGrid({pv.CellType.QUADRATIC_TETRA: mesh.tets}, np.array(mesh.points))
     if mesh.regions:
         region = np.zeros(len(mesh.tets), int)
         for number, name in enumerate(rubbers):
             region[mesh.regions[name]] = number
-        found.cell_data["region"] = region
+        cells.cell_data["region"] = region
     for task, u in fields.u.items():
-        found.point_data[f"{task} displacement"] = u
-        found.point_data[f"{task} stretch"] = fields.stretch[task]
-        found.point_data[f"{task} stress"] = nodal_stress(mesh, u, rubbers)
-    return found
+        cells.point_data[f"{task} displacement"] = u
+        cells.point_data[f"{task} stretch"] = fields.stretch[task]
+        cells.point_data[f"{task} stress"] = nodal_stress(mesh, u, rubbers)
+    return cells
 
 
 def deformed(problem: Problem, fields: Fields, task: str) -> pv.UnstructuredGrid:
     """The body as a task deforms it, with "displacement", "stretch" and "stress"."""
     alone = Fields(fields.mesh, {task: fields.u[task]}, {task: fields.stretch[task]})
-    found = grid(problem, alone)
+    cells = grid(problem, alone)
     for name in ("displacement", "stretch", "stress"):
-        found.rename_array(f"{task} {name}", name)
-    found.points += fields.u[task]
-    return found
+        cells.rename_array(f"{task} {name}", name)
+    cells.points += fields.u[task]
+    return cells

@@ -53,8 +53,8 @@ def _every(number: int, count: int, designs: int) -> tuple[int, int]:
 
 def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
     """Draw one curve per task, with an axis for each unit, the first on the left."""
-    found = {task.name: [task.objective.achieved(entry.tasks[task.name]) for entry in history] for task in problem.task}
-    units = list(dict.fromkeys(motions[0].unit for motions in found.values()))
+    shown = {task.name: [task.objective.achieved(entry.tasks[task.name]) for entry in history] for task in problem.task}
+    units = list(dict.fromkeys(motions[0].unit for motions in shown.values()))
     scales: dict[str, Axes] = {}
     for number, unit in enumerate(units):
         scales[unit] = axes if number == 0 else axes.twinx()
@@ -64,17 +64,17 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
             scales[unit].spines[["top", "left"]].set_visible(False)
             scales[unit].spines["right"].set_position(("outward", 34 * (number - 1)))
     handles = []
-    for number, (name, motions) in enumerate(found.items()):
+    for number, (name, motions) in enumerate(shown.items()):
         word, unit = motions[0].word, motions[0].unit
-        label = f"{name}: {word}" if len(found) > 1 else word
+        label = f"{name}: {word}" if len(shown) > 1 else word
         label += f" ({unit})" if len(units) > 1 and unit else ""
         values = [motion.value for motion in motions]
-        every = _every(number, len(found), len(history))
-        style = line_style(number, len(found))
+        every = _every(number, len(shown), len(history))
+        style = line_style(number, len(shown))
         handles += scales[unit].plot(_designs(history), values, label=label, markevery=every, **style)
     for unit, scale in scales.items():
         # Errors are compared with zero.
-        if all(task.objective.curve == "error" for task in problem.task if found[task.name][0].unit == unit):
+        if all(task.objective.curve == "error" for task in problem.task if shown[task.name][0].unit == unit):
             scale.set_ylim(bottom=0.0)
     remeshed = [entry.iteration for entry in history if entry.remeshed]
     if remeshed:
@@ -82,7 +82,7 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
         at_the_bottom = axes.get_xaxis_transform()
         handles += axes.plot(remeshed, [0.0] * len(remeshed), label="remeshed", transform=at_the_bottom, **marks)
     axes.set_title(_heading(problem), fontsize=TEXT)
-    _legend(axes, handles, 1 if len(found) > 1 else 2)
+    _legend(axes, handles, 1 if len(shown) > 1 else 2)
 
 
 def _heading(problem: Problem) -> str:

@@ -82,12 +82,12 @@ class Marks:
 def loads_at(problem: Problem, tip: np.ndarray) -> list[Arrow]:
     """Force and moment on the plate, whose centre is at `tip` (3,)."""
     effector, length = problem.end_effector, ARROW * problem.body.length
-    found = []
+    arrows = []
     for given, unit, heads in ((effector.force, "N", 1), (effector.moment, "N·mm", 2)):
         size = float(np.linalg.norm(given))
         if size:
-            found.append(Arrow(tip, length / size * np.array(given), f"{size:.3g} {unit}", heads))
-    return found
+            arrows.append(Arrow(tip, length / size * np.array(given), f"{size:.3g} {unit}", heads))
+    return arrows
 
 
 def task_marks(problem: Problem, task: Task, result: TaskResult) -> Marks:
@@ -206,26 +206,26 @@ def _direction(axes: Axes, origin: np.ndarray, flat: np.ndarray, name: str, colo
 
 def legend_handles(views: Sequence[View], marks: Sequence[Marks]) -> list[Line2D | Patch]:
     """A line for every kind of mark that some picture has."""
-    found: list[Line2D | Patch] = []
+    handles: list[Line2D | Patch] = []
     if not all(view.along for view in views):
-        found.append(Patch(label="clamped base", **_CLAMP))
+        handles.append(Patch(label="clamped base", **_CLAMP))
     if any(each.outlined and view.offset is not None for view, each in zip(views, marks, strict=True)):
-        found.append(Line2D([], [], color=INK, linewidth=0.6, label="exterior at rest"))
+        handles.append(Line2D([], [], color=INK, linewidth=0.6, label="exterior at rest"))
     if any(len(each.target) for each in marks):
-        found.append(Line2D([], [], **_WANTED | _TARGET, label="target"))
+        handles.append(Line2D([], [], **_WANTED | _TARGET, label="target"))
     if any(len(each.reached) for each in marks):
-        found.append(Line2D([], [], **_REACHED, label="sections of the body"))
+        handles.append(Line2D([], [], **_REACHED, label="sections of the body"))
     if any(len(each.place) for each in marks):
-        found.append(Line2D([], [], **_PLACE, label="target of the tip"))
+        handles.append(Line2D([], [], **_PLACE, label="target of the tip"))
     if any(len(each.looks) for each in marks):
-        found.append(
+        handles.append(
             Line2D([], [], color="black", linewidth=1.2, linestyle=(0, (4, 2)), label="target of its direction")
         )
     if any(arrow.heads == 1 for each in marks for arrow in each.arrows):
-        found.append(Line2D([], [], color=LOAD, linewidth=1.2, label="force on the tip"))
+        handles.append(Line2D([], [], color=LOAD, linewidth=1.2, label="force on the tip"))
     if any(arrow.heads == 2 for each in marks for arrow in each.arrows):
-        found.append(Line2D([], [], color=LOAD, linewidth=1.2, label="moment on the tip"))
-    return found
+        handles.append(Line2D([], [], color=LOAD, linewidth=1.2, label="moment on the tip"))
+    return handles
 
 
 _CLAMP: dict[str, Any] = {"facecolor": "#e2e2e2", "edgecolor": "#8a8a8a", "hatch": "//////", "linewidth": 0.5}

@@ -22,7 +22,7 @@ LENGTH = 0.8
 
 def coverings_of(problem: Problem, mesh: TetMesh, u: np.ndarray) -> tuple[Covering, ...]:
     """The reinforcements of a problem on a mesh at rest with the displacements u (N, 3) of its nodes in mm."""
-    found = []
+    coverings = []
     for spec in reinforcements(problem):
         if (own := mesh.covers.get(spec.name)) is not None:
             local, cells = _strokes(spec, own, mesh.points) if isinstance(spec, FibresSpec) else _patches(own)
@@ -30,18 +30,18 @@ def coverings_of(problem: Problem, mesh: TetMesh, u: np.ndarray) -> tuple[Coveri
             rest, moved = (np.einsum("eka,eai->eki", shape, places[own.nodes]) for places in (mesh.points, u))
             cells = cells + local.shape[1] * np.arange(len(local))[:, None, None]
             places = rest.reshape(-1, 3), (rest + moved).reshape(-1, 3)
-            found.append(Covering(*places, cells.reshape(-1, cells.shape[-1])))
-    return tuple(found)
+            coverings.append(Covering(*places, cells.reshape(-1, cells.shape[-1])))
+    return tuple(coverings)
 
 
 def covering_handles(coverings: Sequence[Covering]) -> list[Line2D | Patch]:
     """What a legend has for them."""
-    found: list[Line2D | Patch] = []
+    handles: list[Line2D | Patch] = []
     if any(each.cells.shape[1] == 3 for each in coverings):
-        found.append(Patch(label="sheet", facecolor=COVERING, alpha=0.35))
+        handles.append(Patch(label="sheet", facecolor=COVERING, alpha=0.35))
     if any(each.cells.shape[1] == 2 for each in coverings):
-        found.append(Line2D([], [], color=COVERING, linewidth=1.5, label="fibres"))
-    return found
+        handles.append(Line2D([], [], color=COVERING, linewidth=1.5, label="fibres"))
+    return handles
 
 
 def _corners(own: Covered) -> np.ndarray:

@@ -56,8 +56,8 @@ class Drawing:
                 if time.monotonic() - self._begin > SECONDS:
                     raise NoPicture(f"drawing took more than {SECONDS} s")
                 time.sleep(LOOK)
-            with np.load(path) as found:
-                yield [found[name] for name in found.files]
+            with np.load(path) as stored:
+                yield [stored[name] for name in stored.files]
 
 
 def images(job: Job) -> list[np.ndarray]:

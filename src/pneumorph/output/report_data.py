@@ -89,7 +89,7 @@ def _target(problem: Problem, task: Task) -> dict[str, Any] | None:
 def _warnings(problem: Problem, tasks: Mapping[str, TaskResult]) -> list[str]:
     """Sentences that say where the results of the last design cannot be trusted."""
     rubbers = rubbers_of(problem)
-    return [f"Task {name}: {sentence}." for name, found in tasks.items() for sentence in warnings_of(rubbers, found)]
+    return [f"Task {name}: {sentence}." for name, result in tasks.items() for sentence in warnings_of(rubbers, result)]
 
 
 def _text(path: Path) -> str:
@@ -99,16 +99,16 @@ def _text(path: Path) -> str:
 def _material(path: Path) -> list[tuple[str, str]]:
     """The table [material], those of regions and of reinforcements as in the file, with the units of quantities."""
     table = tomllib.loads(_text(path))
-    found = [(key.replace("_", " "), _words(value)) for key, value in table["material"].items()]
+    rows = [(key.replace("_", " "), _words(value)) for key, value in table["material"].items()]
     for region in table.get("region", []):
         shape = next({key: region[key]} for key in ("layer", "sleeve", "beyond", "within", "inside") if key in region)
-        found.append((f"region {region['name']}", _words(shape)))
-        found += [
+        rows.append((f"region {region['name']}", _words(shape)))
+        rows += [
             (f"{region['name']}: {key.replace('_', ' ')}", _words(value)) for key, value in region["material"].items()
         ]
     for each in [*table.get("membrane", []), *table.get("fibres", [])]:
-        found.append((each["name"], _words({key: value for key, value in each.items() if key != "name"})))
-    return found
+        rows.append((each["name"], _words({key: value for key, value in each.items() if key != "name"})))
+    return rows
 
 
 def _designed(last: HistoryEntry) -> list[tuple[str, str]]:
@@ -129,11 +129,11 @@ def _files(folder: Path) -> list[dict[str, Any]]:
 
     What links lead to is none: a page is passed on, and would have any file of its author's in it.
     """
-    found = []
+    files = []
     for path in [] if folder.is_symlink() else sorted(folder.glob("*.step")):
         if path.is_symlink() or not path.is_file():
             continue
         small = path.stat().st_size <= MOST_STEP
         content = base64.b64encode(path.read_bytes()).decode("ascii") if small else None
-        found.append({"name": path.name, "bytes": path.stat().st_size, "content": content})
-    return found
+        files.append({"name": path.name, "bytes": path.stat().st_size, "content": content})
+    return files

@@ -33,16 +33,16 @@ def packed_usage(
     What is in `known` is not computed again, and what is computed is added to it.
     """
     known = {} if known is None else known
-    found = []
+    usages = []
     for body in bodies:
         digest = blake2b(np.asarray(body.control_points()).tobytes(), digest_size=16).digest()
         if digest not in known:
             known[digest] = limits.shares(body)
-        found.append(known[digest])
+        usages.append(known[digest])
     words, arrays = [BY_NAME[name].word for name in NAMES], {}
     for number, surface in enumerate(bodies[0].surfaces):
         key = array_key(surface)
-        shares = np.array([each[number].share for each in found])
+        shares = np.array([each[number].share for each in usages])
         arrays[f"used {key}"] = in_steps(np.minimum(shares, MOST), STEP, differences=True)
-        arrays[f"limit {key}"] = Steps(np.array([each[number].limit for each in found]))
+        arrays[f"limit {key}"] = Steps(np.array([each[number].limit for each in usages]))
     return {"limit_words": words}, arrays

@@ -112,8 +112,8 @@ def packed_states(
     `numbers` are at most stored, by default `MOST_NUMBERS`.
     """
     numbers = MOST_NUMBERS if numbers is None else numbers
-    found = [(entry, fields) for entry in history for fields in [run.fields(entry.iteration)] if fields is not None]
-    whole = [(entry, fields.whole()) for entry, fields in found]
+    stored = [(entry, fields) for entry in history for fields in [run.fields(entry.iteration)] if fields is not None]
+    whole = [(entry, fields.whole()) for entry, fields in stored]
     stops = [{task: list(_stops(run.problem, entry, fields, task)) for task in fields.u} for entry, fields in whole]
     count, notes = sum(len(each) for by_task in stops for each in by_task.values()), []
     size = max((len(fields.skin) for _, fields in whole), default=0)

@@ -81,12 +81,12 @@ def scenes_of(
     coverings = coverings_of(problem, mesh, still)
     # What lies on the exterior is seen on a body that is not cut.
     entire = replace(first, offset=None) if coverings and view is None else first
-    found = [Scene("at rest", Shape(mesh, still), entire, Marks(), gravity, obstacles, coverings)]
+    scenes = [Scene("at rest", Shape(mesh, still), entire, Marks(), gravity, obstacles, coverings)]
     if whole.sag is not None:
         tip = _tip(problem, whole)
         marks = Marks([] if first.along else loads_at(problem, tip), outlined=True)
         sagged = coverings_of(problem, mesh, whole.sag)
-        found.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity, obstacles, sagged))
+        scenes.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity, obstacles, sagged))
     for task in tasks:
         result = results[task.name]
         motion = task.objective.achieved(result)
@@ -98,8 +98,8 @@ def scenes_of(
         # Seen along the axis, what is marked would lie in front of the cut.
         marks = Marks(outlined=True) if own_view.along else task_marks(problem, task, result)
         there = obstacles_of(problem, mesh.points, task, result)
-        found.append(Scene(words, shape, own_view, marks, gravity, there, coverings_of(problem, mesh, shape.u)))
-    return found
+        scenes.append(Scene(words, shape, own_view, marks, gravity, there, coverings_of(problem, mesh, shape.u)))
+    return scenes
 
 
 def highest_stretch(shapes: Iterable[Shape | Shell]) -> float:

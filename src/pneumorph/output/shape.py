@@ -73,7 +73,7 @@ def shape_figure(
     """
     target = target_of(task.objective, length)
     assert target is not None
-    lines = {name: achieved_centre_line(found, length) for name, found in (("start", first), ("final", last))}
+    lines = {name: achieved_centre_line(result, length) for name, result in (("start", first), ("final", last))}
     lines["target"] = CentreLine(target.line, target.sections)
     limits = _limits(lines)
     span = np.ptp(limits, axis=1)
@@ -96,8 +96,8 @@ def shape_figure(
     ):
         _projected(axes, lines, limits, across, up)
     words = {"target": "target"}
-    for name, called, found in (("start", names[0], first), ("final", names[1], last)):
-        motion = task.objective.achieved(found)
+    for name, called, result in (("start", names[0], first), ("final", names[1], last)):
+        motion = task.objective.achieved(result)
         words[name] = f"{called}, {motion.word} {motion}"
     handles = [Line2D([], [], marker="o", label=words[name], **STYLES[name]) for name in words]
     figure.legend(handles=handles, fontsize=SMALL, frameon=False, loc="lower center", labelspacing=0.3, borderpad=0.2)

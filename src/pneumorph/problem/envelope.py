@@ -55,12 +55,12 @@ class Envelope(Table):
     @property
     def planes(self) -> tuple[Plane, ...]:
         """Of the box and the half-spaces: the outward unit normal n and c, in mm, of n·x ≤ c."""
-        found = [(each.normal, float(np.dot(each.normal, each.point))) for each in self.half_space]
+        planes = [(each.normal, float(np.dot(each.normal, each.point))) for each in self.half_space]
         if self.box is not None:
             for axis, (one, other) in zip(np.eye(3), zip(*self.box, strict=True), strict=True):
                 outward, inward = (tuple((sign * axis + 0.0).tolist()) for sign in (1.0, -1.0))
-                found += [(outward, max(one, other)), (inward, -min(one, other))]
-        return tuple(found)
+                planes += [(outward, max(one, other)), (inward, -min(one, other))]
+        return tuple(planes)
 
     def symmetric(self, group: list[NDArray[np.float64]], length: float) -> bool:
         """Whether it is mapped to itself by operations (3, 3) about the middle of a body of a length in mm."""

@@ -36,12 +36,12 @@ def open_plain(path: Path, most: int) -> Iterator[BinaryIO]:
     # Without waiting for whoever may write into a pipe.
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
-        found = os.fstat(handle)
-        if stat.S_ISDIR(found.st_mode):
+        status = os.fstat(handle)
+        if stat.S_ISDIR(status.st_mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-        if not stat.S_ISREG(found.st_mode):
+        if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "it is a device or a pipe, not a file", str(path))
-        if found.st_size > most:
+        if status.st_size > most:
             raise _too_large(path, most)
         with open(handle, "rb", closefd=False) as file:
             yield file

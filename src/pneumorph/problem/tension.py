@@ -101,9 +101,9 @@ def read_tension(path: Path, reading: Reading = Reading()) -> Tension:
         One line: the file, what is wrong, and how to fix it.
     """
     table = read_delimited(path, reading.skip)
-    found = [column for k, title in enumerate(table.titles) if (column := _recognised(k, title))]
-    along = _along(table, found, reading)
-    across = _across(table, found, reading)
+    columns = [column for k, title in enumerate(table.titles) if (column := _recognised(k, title))]
+    along = _along(table, columns, reading)
+    across = _across(table, columns, reading)
     stretch = _stretch(table, along, reading)
     stress, how = _stress(table, across, stretch, reading)
     _check(path, stretch, stress)

@@ -18,14 +18,14 @@ _TURN = 2.0 * math.pi
 
 def edges(spec: BodySpec, regions: Sequence[Region], images: bool = False) -> tuple[float, ...]:
     """Angles of all half-planes at which regions end, from 0 to 2π, also those of their images under the symmetry."""
-    found: list[float] = []
+    angles: list[float] = []
     for matrix in operations(spec.symmetry) if images else [np.eye(3)]:
         for angle in (angle for region in regions for angle in region.within or ()):
             x, y, _ = matrix @ [math.cos(angle), math.sin(angle), 0.0]
             turned = math.atan2(y, x) % _TURN
-            if all(angle_between(turned, other) > ROUNDING for other in found):
-                found.append(turned)
-    return tuple(sorted(found))
+            if all(angle_between(turned, other) > ROUNDING for other in angles):
+                angles.append(turned)
+    return tuple(sorted(angles))
 
 
 def gaps(angles: Sequence[float]) -> list[tuple[float, float]]:

@@ -93,7 +93,7 @@ def _owners(tets: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.nda
     wanted = np.sort(triangles[:, :3], axis=1)
     size = int(tets.max()) + 1
     flat = (keys[order].astype(np.int64) @ [size**2, size, 1]).astype(np.int64)
-    found = np.searchsorted(flat, wanted.astype(np.int64) @ [size**2, size, 1])
-    owner = order[found] // 4
+    places = np.searchsorted(flat, wanted.astype(np.int64) @ [size**2, size, 1])
+    owner = order[places] // 4
     corners = np.argmax(tets[owner][:, None, :4] == triangles[:, :3, None], axis=2)
     return owner, corners

@@ -35,13 +35,13 @@ class Margin:
 
 def find_margin(at: Configuration, tangent: Tangent, bound: float) -> Margin:
     """Follow the path to its first limit point, or up to `BEYOND` times the bound; the tangent is left there."""
-    found = follow(at, tangent, load=BEYOND * bound, first_limit=True)
-    if isinstance(found, NoEquilibrium):
+    path = follow(at, tangent, load=BEYOND * bound, first_limit=True)
+    if isinstance(path, NoEquilibrium):
         # Without pressure there is no limit.
         return Margin(BEYOND * bound, None)
-    if not found.limits:
-        return Margin(min(found.points[-1].load, BEYOND * bound), None)
-    return Margin(found.limits[0].load, found.limits[0].equilibrium.state)
+    if not path.limits:
+        return Margin(min(path.points[-1].load, BEYOND * bound), None)
+    return Margin(path.limits[0].load, path.limits[0].equilibrium.state)
 
 
 def margin_slope(

@@ -70,16 +70,16 @@ def _answer(wanted: RequestedState, connection: Connection) -> Answer | None:
     try:
         explorer = _explorer(wanted.path, wanted.design, wanted.written)
         # Anything in the pipe is a newer demand.
-        found = explorer.at(dict(wanted.pressures), connection.poll)
+        explored = explorer.at(dict(wanted.pressures), connection.poll)
     except Stopped:
         return None
     except PneumorphError as error:
         return failure(" ".join(str(error).split()))
     state, arrays = {}, {}
-    if found.fields is not None:
-        state, arrays = packed_state(explorer.problem, found.fields, dict(wanted.pressures), found.step)
-    facts = {"step": to_json(found.step), "warnings": _warnings(explorer.problem, found), "state": state}
-    return Answer(found.step.converged, pack(facts, arrays, level=1))
+    if explored.fields is not None:
+        state, arrays = packed_state(explorer.problem, explored.fields, dict(wanted.pressures), explored.step)
+    facts = {"step": to_json(explored.step), "warnings": _warnings(explorer.problem, explored), "state": state}
+    return Answer(explored.step.converged, pack(facts, arrays, level=1))
 
 
 def failure(reason: str) -> Answer:

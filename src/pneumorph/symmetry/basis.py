@@ -62,7 +62,7 @@ def symmetric_basis(
     rows, columns = L.nonzero()
     point[columns[::-1]] = rows[::-1] // 3
     places, values = [], []
-    found = 0
+    count_so_far = 0
     for members in np.split(order, starts[1:]):
         dense = projector[members][:, members].toarray()
         rank = round(float(np.trace(dense)))
@@ -70,12 +70,12 @@ def symmetric_basis(
             continue
         basis = _of_first_point(dense, point[members] == point[members].min(), rank)
         local, column = np.nonzero(np.abs(basis) > 1e-13)
-        places.append((members[local], found + column))
+        places.append((members[local], count_so_far + column))
         values.append(basis[local, column])
-        found += rank
+        count_so_far += rank
     where = tuple(np.concatenate(part) for part in zip(*places, strict=True))
     return (
-        sparse.csr_matrix((np.concatenate(values), where), shape=(count, found)),
+        sparse.csr_matrix((np.concatenate(values), where), shape=(count, count_so_far)),
         sparse.csr_matrix(projector),
     )
 

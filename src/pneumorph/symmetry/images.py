@@ -69,7 +69,7 @@ def image(
 def snapped(chambers: Sequence[Chamber], symmetry: Symmetry, length: float) -> list[NDArray[np.float64]]:
     """Places (5,) of all chambers, each the mean of what its images within `WITHIN` ask for; others have their own."""
     group = operations(symmetry)
-    found = []
+    places = []
     for index, chamber in enumerate(chambers):
         own = place(chamber)
         to = [image(chambers, index, matrix, length, WITHIN) for matrix in group]
@@ -80,5 +80,5 @@ def snapped(chambers: Sequence[Chamber], symmetry: Symmetry, length: float) -> l
             if number is not None
         ]
         moves = len(asked) == len(group) and np.abs(asked - own).max() > _EXACT
-        found.append(np.mean(asked, axis=0) if moves else own)
-    return found
+        places.append(np.mean(asked, axis=0) if moves else own)
+    return places

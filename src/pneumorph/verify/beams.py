@@ -51,27 +51,29 @@ def moment(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> It
     """Tip moments that bend the bar to an eighth, a quarter and half of a circle."""
     turns = np.pi * np.arange(1, 17) / 16
     path = bend(counts, [np.array([0, 0, 0, 0, STIFFNESS * turn / LENGTH, 0]) for turn in turns])
-    for turn, found in zip(turns, path, strict=True):
+    for turn, equilibrium in zip(turns, path, strict=True):
         if turn not in (turns[3], turns[7], turns[15]):
             continue
         radius, part = LENGTH / turn, f"{turn / np.pi:g}π rad"
         sideways, axial = radius * (1 - np.cos(turn)) / LENGTH, radius * np.sin(turn) / LENGTH - 1
-        yield relative(f"rotation at {part}, rad", found.plate[4], turn, tolerance)
-        yield absolute(f"lateral motion / length at {part}", found.plate[0] / LENGTH, sideways, tolerance)
-        yield absolute(f"axial motion / length at {part}", found.plate[2] / LENGTH, axial, tolerance)
+        yield relative(f"rotation at {part}, rad", equilibrium.plate[4], turn, tolerance)
+        yield absolute(f"lateral motion / length at {part}", equilibrium.plate[0] / LENGTH, sideways, tolerance)
+        yield absolute(f"axial motion / length at {part}", equilibrium.plate[2] / LENGTH, axial, tolerance)
 
 
 def force(counts: tuple[int, int, int] = COUNTS, tolerance: float = 2e-3) -> Iterator[Verdict]:
     """Transverse dead forces at the tip, P L²/EI = 1 and 5."""
     steps = np.arange(1, 11) / 2
     path = bend(counts, [np.array([load * STIFFNESS / LENGTH**2, 0, 0, 0, 0, 0]) for load in steps])
-    for load, found in zip(steps, path, strict=True):
+    for load, equilibrium in zip(steps, path, strict=True):
         if load not in MATTIASSON:
             continue
         sideways, axial, turn = elastica(load)
-        yield absolute(f"lateral motion / length at PL²/EI = {load:g}", found.plate[0] / LENGTH, sideways, tolerance)
-        yield absolute(f"axial motion / length at PL²/EI = {load:g}", found.plate[2] / LENGTH, -axial, tolerance)
-        yield relative(f"rotation at PL²/EI = {load:g}, rad", found.plate[4], turn, tolerance)
+        yield absolute(
+            f"lateral motion / length at PL²/EI = {load:g}", equilibrium.plate[0] / LENGTH, sideways, tolerance
+        )
+        yield absolute(f"axial motion / length at PL²/EI = {load:g}", equilibrium.plate[2] / LENGTH, -axial, tolerance)
+        yield relative(f"rotation at PL²/EI = {load:g}, rad", equilibrium.plate[4], turn, tolerance)
 
 
 def layered(counts: tuple[int, int, int] = (2, 2, 16), tolerance: float = 1e-2) -> Iterator[Verdict]:
@@ -87,13 +89,13 @@ def layered(counts: tuple[int, int, int] = (2, 2, 16), tolerance: float = 1e-2) 
         turn = np.pi / 32
         exact = bare + WIDTH**2 / 4 / (1 / area + 1 / (stiffness * WIDTH))
         wrench = np.array([0, 0, 0, 0, exact * turn / LENGTH, 0])
-        (found,) = _followed([configure(built, mesh.points, build_loads(built, {}, wrench=wrench))], built)
+        (equilibrium,) = _followed([configure(built, mesh.points, build_loads(built, {}, wrench=wrench))], built)
         yield relative(
-            f"rotation at {turn / np.pi:g}π rad, sheet of {stiffness:g} N/mm", found.plate[4], turn, tolerance
+            f"rotation at {turn / np.pi:g}π rad, sheet of {stiffness:g} N/mm", equilibrium.plate[4], turn, tolerance
         )
         if stiffness == SHEETS[-1]:
             bent = turn * 3 * exact / (YOUNG * WIDTH**4)
-            yield relative("the same for a sheet that does not stretch", found.plate[4], bent, tolerance)
+            yield relative("the same for a sheet that does not stretch", equilibrium.plate[4], bent, tolerance)
 
 
 def _covered(mesh: TetMesh) -> TetMesh:
@@ -129,10 +131,10 @@ def elastica(load: float) -> tuple[float, float, float]:
         return np.array([root[0], tip[1], root[2], root[3]])
 
     s = np.linspace(0, 1, 21)
-    found = solve_bvp(equations, ends, s, np.stack([s, 1 - s, 0 * s, s]), tol=1e-9)
-    if not found.success:
-        raise ComputationError(f"the elastica at PL²/EI = {load:g} was not solved: {found.message}")
-    angle, _, sideways, along = found.y[:, -1]
+    solution = solve_bvp(equations, ends, s, np.stack([s, 1 - s, 0 * s, s]), tol=1e-9)
+    if not solution.success:
+        raise ComputationError(f"the elastica at PL²/EI = {load:g} was not solved: {solution.message}")
+    angle, _, sideways, along = solution.y[:, -1]
     return float(sideways), float(1 - along), float(angle)
 
 
@@ -152,7 +154,7 @@ def bend(counts: tuple[int, int, int], wrenches: Sequence[np.ndarray]) -> Iterat
 
 def _followed(path: Sequence[Configuration], built: Model) -> Iterator[Equilibrium]:
     """Equilibria of configurations, one after the other."""
-    for found in sweep(path, Tangent(built)):
-        if isinstance(found, NoEquilibrium):
-            raise ComputationError(found.reason)
-        yield found
+    for equilibrium in sweep(path, Tangent(built)):
+        if isinstance(equilibrium, NoEquilibrium):
+            raise ComputationError(equilibrium.reason)
+        yield equilibrium

@@ -21,10 +21,10 @@ MOST_SECONDS = 900
 
 def program() -> str:
     """Path of the program; raises Unavailable if it is not installed."""
-    found = shutil.which("ccx")
-    if found is None:
+    path = shutil.which("ccx")
+    if path is None:
         raise Unavailable("CalculiX is not installed; apt-get install calculix-ccx")
-    return found
+    return path
 
 
 def version() -> str | None:

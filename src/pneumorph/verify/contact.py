@@ -54,11 +54,11 @@ def patch_test(stretch: float = 0.8) -> Iterator[Verdict]:
     supports = np.column_stack([X[:, 0] < 1e-9, X[:, 1] < 1e-9, X[:, 2] > 1 - 1e-9])
     activation = 0.02
     at = _on_plane(mesh, supports, 1.0 - stretch, activation, SHEAR, RUBBER)
-    found = _pressed(at, 1.0 - stretch + 0.5 * activation)
-    z = (X + found.u)[X[:, 2] < 1e-9, 2]
+    equilibrium = _pressed(at, 1.0 - stretch + 0.5 * activation)
+    z = (X + equilibrium.u)[X[:, 2] < 1e-9, 2]
     yield absolute("largest difference between the heights of nodes that touch, mm", float(np.ptp(z)), 0.0, 1e-10)
     _, stress = homogeneous(BULK, neo_hookean(SHEAR), UNIAXIAL, 1.0 - float(z.mean()))
-    force = contact_forces(at, found.state).on["plane"][2]
+    force = contact_forces(at, equilibrium.state).on["plane"][2]
     yield relative("force on the plane, N", force, stress, 1e-9)
 
 
@@ -81,8 +81,8 @@ def hertz(cells: tuple[int, int] = (6, 6), tolerance: float = 1e-2) -> Iterator[
     activation = 0.02 * depth
     rubber = neo_hookean_rubber(shear, bulk, 1e-9)
     at = _on_plane(mesh, supports, depth, activation, 0.02 * shear, rubber)
-    found = _pressed(at, depth + 0.5 * activation, 1e-5)
-    acting, r, area = _pressures(at, found)
+    equilibrium = _pressed(at, depth + 0.5 * activation, 1e-5)
+    acting, r, area = _pressures(at, equilibrium)
     force = 4.0 * float(np.sum(acting * area))
     modulus = 2 * shear * (1 + poisson) / (1 - poisson**2)
     a = (0.75 * force * radius / modulus) ** (1 / 3)
@@ -137,11 +137,14 @@ def free_ball(size: float = 4.0, tolerance: float = 1e-6) -> Iterator[Verdict]:
     mesh = mesh_body(body_of(problem), size).mesh
     model = model_of(problem, mesh)
     at = configure(model, mesh.points, loads_of(problem, model, {}))
-    found = _solved(solve(at, Tangent(model)))
+    equilibrium = _solved(solve(at, Tangent(model)))
     yield relative(
-        "force of the ball on the tube, N", contact_forces(at, found.state).on["ball"][0], mass * gravity, tolerance
+        "force of the ball on the tube, N",
+        contact_forces(at, equilibrium.state).on["ball"][0],
+        mass * gravity,
+        tolerance,
     )
-    forces = np.asarray(model.state(residual(at, model.vector(found.state))).u)
+    forces = np.asarray(model.state(residual(at, model.vector(equilibrium.state))).u)
     weight = gravity * (mass + 1e3 * density * mesh.volume())
     base = np.unique(mesh.faces["base"])
     yield relative("force on the clamped base, N", float(forces[base, 0].sum()), weight, tolerance)

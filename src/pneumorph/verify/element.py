@@ -30,15 +30,15 @@ def patch_test() -> Iterator[Verdict]:
     at = configure(built, mesh.points, build_loads(built, {}))
     linear = mesh.points @ (DEFORMATION - np.eye(3)).T
     start = prescribed(at, np.where(supports, linear, 0.9 * linear))
-    found = equilibrium(at, Tangent(built), start)
+    solution = equilibrium(at, Tangent(built), start)
     yield absolute(
         "largest deviation from the linear displacement / largest displacement",
-        np.abs(found - prescribed(at, linear)).max() / np.abs(linear).max(),
+        np.abs(solution - prescribed(at, linear)).max() / np.abs(linear).max(),
         0.0,
         1e-10,
     )
     expected = np.asarray(_stress(jnp.asarray(DEFORMATION)[:, :, None]))[:, :, 0]
-    stress = stresses(at, found)
+    stress = stresses(at, solution)
     yield absolute(
         "largest deviation from the constant stress / largest stress",
         np.abs(stress - expected[:, :, None, None]).max() / np.abs(expected).max(),

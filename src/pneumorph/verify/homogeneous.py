@@ -108,8 +108,8 @@ def tension(
     for stretch in stretches:
         start = X * (homogeneous(solid.parameters[-1], isochoric, pulled, stretch)[0] - 1)
         # The start is slightly wrong at the free sides, so that the solver has to find them.
-        found = equilibrium(at, tangent, prescribed(at, np.where(near | far, start, 0.99 * start)))
-        forces = np.asarray(built.state(residual(at, found)).u)[: len(X)]
+        solution = equilibrium(at, tangent, prescribed(at, np.where(near | far, start, 0.99 * start)))
+        forces = np.asarray(built.state(residual(at, solution)).u)[: len(X)]
         force = forces[far[:, 0], 0].sum()
         _, stress = homogeneous(solid.parameters[-1], isochoric, pulled, stretch)
         yield relative(f"nominal stress at stretch {stretch:g}, MPa", force, stress, 1e-9)

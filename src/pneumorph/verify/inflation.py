@@ -162,10 +162,10 @@ def inflate(mesh: TetMesh, supports: np.ndarray, rubber: Rubber, pressure: float
         If no equilibrium is found.
     """
     built = build_model(mesh, rubber, plate=False, supports=supports, mixed=mixed)
-    found = solve(configure(built, mesh.points, build_loads(built, {"A": pressure})), Tangent(built))
-    if isinstance(found, NoEquilibrium):
-        raise ComputationError(found.reason)
-    return found.u
+    answer = solve(configure(built, mesh.points, build_loads(built, {"A": pressure})), Tangent(built))
+    if isinstance(answer, NoEquilibrium):
+        raise ComputationError(answer.reason)
+    return answer.u
 
 
 def sphere_supports(mesh: TetMesh) -> np.ndarray:

@@ -64,15 +64,17 @@ def inflated(rubber: Rubber, inner: float, outer: float, pressure: float, curved
         )
 
     R = np.linspace(inner, outer, 41)
-    found = solve_bvp(equations, ends, R, np.stack([R, np.ones_like(R)]), tol=TOLERANCE, max_nodes=100_000)
-    if not found.success:
-        raise ComputationError(f"the radial boundary-value problem at {pressure:g} MPa was not solved: {found.message}")
-    r, stretch = found.y
-    if np.min(stretch * (r / found.x) ** curved) <= SMALLEST_RATIO:
+    solution = solve_bvp(equations, ends, R, np.stack([R, np.ones_like(R)]), tol=TOLERANCE, max_nodes=100_000)
+    if not solution.success:
+        raise ComputationError(
+            f"the radial boundary-value problem at {pressure:g} MPa was not solved: {solution.message}"
+        )
+    r, stretch = solution.y
+    if np.min(stretch * (r / solution.x) ** curved) <= SMALLEST_RATIO:
         raise ComputationError(
             f"the solution of the radial boundary-value problem at {pressure:g} MPa is not a possible state of a body"
         )
-    return lambda radius: found.sol(radius)[0] - radius
+    return lambda radius: solution.sol(radius)[0] - radius
 
 
 def _principal(rubber: Rubber, curved: int):
@@ -100,8 +102,8 @@ def _evaluated(function, radial, hoop) -> np.ndarray:
     flat = points.reshape(-1, 2)
     padded = np.ones((max(64, 2 ** int(np.ceil(np.log2(len(flat))))), 2))
     padded[: len(flat)] = flat
-    found = np.asarray(function(padded))[: len(flat)]
-    return found.reshape(*points.shape[:-1], *found.shape[1:])
+    values = np.asarray(function(padded))[: len(flat)]
+    return values.reshape(*points.shape[:-1], *values.shape[1:])
 
 
 def lame(young: float, poisson: float, inner: float, outer: float, pressure: float, curved: int) -> Displacement:

@@ -117,11 +117,11 @@ def pressed(mesh: TetMesh, activation: float, closed: Sequence[float]) -> tuple[
     for distance in closed:
         loads = build_loads(held.model, {}, spring=spring, wrench=-spring * distance)
         at = replace(held, loads=loads)
-        found = solve(at, tangent, since=since)
-        if isinstance(found, NoEquilibrium):
-            raise ComputationError(found.reason)
-        since = at, found.state
-        motions.append(found.plate[1])
+        equilibrium = solve(at, tangent, since=since)
+        if isinstance(equilibrium, NoEquilibrium):
+            raise ComputationError(equilibrium.reason)
+        since = at, equilibrium.state
+        motions.append(equilibrium.plate[1])
     moved = np.array(motions)
     return moved, -HOLD * (np.array(closed) + moved)
 

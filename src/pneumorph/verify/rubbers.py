@@ -81,9 +81,9 @@ def _pulled(
     at = configure(model, X, build_loads(model, {}))
     side = homogeneous(RATIO * SOFT, neo_hookean(SOFT), UNIAXIAL, stretch)[0][1]
     start = X * [side - 1.0, side - 1.0, stretch - 1.0]
-    found = equilibrium(at, Tangent(model), prescribed(at, start))
-    forces = np.asarray(model.state(residual(at, found)).u)
-    return X, np.asarray(model.state(found).u), 2.0 ** len(mirrors) * float(forces[tip, 2].sum())
+    solution = equilibrium(at, Tangent(model), prescribed(at, start))
+    forces = np.asarray(model.state(residual(at, solution)).u)
+    return X, np.asarray(model.state(solution).u), 2.0 ** len(mirrors) * float(forces[tip, 2].sum())
 
 
 def _bar(shape: dict[str, Any], mirrors: tuple[str, ...], size: float) -> TetMesh:

@@ -39,19 +39,19 @@ Make = Callable[[], Problem]
 def ngsolve(body: Callable[[], Body], size: float = SIZE, problem: Make = linear_actuator) -> Iterator[Verdict]:
     """Compare a body at 60 kPa, with a rigid plate, with NGSolve's symbolic forms."""
     symbolic.ngsolve()
-    mesh, at, found = inflated(body, size, problem)
+    mesh, at, equilibrium = inflated(body, size, problem)
     own = [at.model.rubbers[name] for name in mesh.regions or at.model.rubbers]
     energies = [partial(symbolic.neo_hookean, shear=rubber.parameters[0], bulk=rubber.bulk_modulus) for rubber in own]
     # Newton's method starts 1 % away from our solution, so that it has to find its own.
-    u, plate = symbolic.equilibrium(mesh, energies, {"A": PRESSURE}, 0.99 * found.u, 0.99 * found.plate)
-    yield from compared(found, u, plate, 1e-6)
+    u, plate = symbolic.equilibrium(mesh, energies, {"A": PRESSURE}, 0.99 * equilibrium.u, 0.99 * equilibrium.plate)
+    yield from compared(equilibrium, u, plate, 1e-6)
 
 
 def calculix(body: Callable[[], Body], size: float = SIZE, problem: Make = linear_actuator) -> Iterator[Verdict]:
     """Compare a body at 60 kPa, with a rigid plate, with CalculiX, which starts from rest."""
     ccx.program()
-    mesh, at, found = inflated(body, size, problem)
-    yield from compared(found, *ccx.equilibrium(mesh, at), 5e-3)
+    mesh, at, equilibrium = inflated(body, size, problem)
+    yield from compared(equilibrium, *ccx.equilibrium(mesh, at), 5e-3)
 
 
 def compared(equilibrium: Equilibrium, u: np.ndarray, plate: np.ndarray, tolerance: float) -> Iterator[Verdict]:
@@ -94,7 +94,7 @@ def inflated(
     mesh = mesh_body(body(), size, (), build_linings(asked.tubes, asked.region)).mesh
     built = model_of(asked, mesh)
     at = configure(built, mesh.points, loads_of(asked, built, {"A": PRESSURE}))
-    found = solve(at, Tangent(built))
-    if isinstance(found, NoEquilibrium):
-        raise ComputationError(found.reason)
-    return mesh, at, found
+    answer = solve(at, Tangent(built))
+    if isinstance(answer, NoEquilibrium):
+        raise ComputationError(answer.reason)
+    return mesh, at, answer

@@ -90,10 +90,10 @@ class Actuator:
 
     def equilibrium(self, pressure: float, **rest) -> Equilibrium:
         """The equilibrium under the loads of `at`; ComputationError if there is none."""
-        found = solve(self.at(pressure, **rest), self.tangent)
-        if isinstance(found, NoEquilibrium):
-            raise ComputationError(found.reason)
-        return found
+        answer = solve(self.at(pressure, **rest), self.tangent)
+        if isinstance(answer, NoEquilibrium):
+            raise ComputationError(answer.reason)
+        return answer
 
     def potential(self, at: Configuration, equilibrium: Equilibrium) -> float:
         """Π of a state under the loads of the configuration `at`, N·mm."""

@@ -99,13 +99,13 @@ def long_tube(cover: Around, pressure: float = PRESSURE, degree: int = 6) -> Mot
         return rubber + around - pressure * np.pi * inside**2 * along
 
     slopes, curvatures = jax.grad(energy), jax.hessian(energy)
-    found = jnp.zeros(degree + 3)
+    unknowns = jnp.zeros(degree + 3)
     for _ in range(100):
-        step = jnp.linalg.solve(curvatures(found), -slopes(found))
-        found = found + step * jnp.minimum(1.0, 0.1 / jnp.abs(step).max())
+        step = jnp.linalg.solve(curvatures(unknowns), -slopes(unknowns))
+        unknowns = unknowns + step * jnp.minimum(1.0, 0.1 / jnp.abs(step).max())
         if jnp.abs(step).max() < 1e-10:
-            outside = OUTER * (1 + ends[1] @ np.asarray(found[:-2]))
-            return Motion(float(outside / OUTER), 1 + float(found[-1]), float(found[-2]) / OUTER)
+            outside = OUTER * (1 + ends[1] @ np.asarray(unknowns[:-2]))
+            return Motion(float(outside / OUTER), 1 + float(unknowns[-1]), float(unknowns[-2]) / OUTER)
     raise ComputationError("the long tube has no equilibrium")
 
 
@@ -128,10 +128,10 @@ def _solved(problem: Problem, size: float, pressure: float) -> tuple[np.ndarray,
     """Nodes (N, 3) of the body, or of its half or quarter, their displacements (N, 3), and the plate's motion (6,)."""
     mesh = mesh_of(problem, body_of(problem), mirrors_of(problem), size).mesh
     model = model_of(problem, mesh)
-    found = solve(configure(model, mesh.points, loads_of(problem, model, {"A": pressure})), Tangent(model))
-    if isinstance(found, NoEquilibrium):
-        raise ComputationError(found.reason)
-    return mesh.points, found.u, found.plate
+    answer = solve(configure(model, mesh.points, loads_of(problem, model, {"A": pressure})), Tangent(model))
+    if isinstance(answer, NoEquilibrium):
+        raise ComputationError(answer.reason)
+    return mesh.points, answer.u, answer.plate
 
 
 def _of_the_middle(X: np.ndarray) -> np.ndarray:

@@ -41,7 +41,7 @@ class Cover:
 
 def build_covers(spec: BodySpec, reinforcements: Iterable[Reinforcement]) -> tuple[Cover, ...]:
     """The covers of the reinforcements of a problem; one on several surfaces has as many."""
-    start, found = starting_body(spec), []
+    start, covers = starting_body(spec), []
     surfaces = {surface.name: surface for surface in start.surfaces}
     sections = {EXTERIOR: spec.section} | {chamber.name: chamber.section for chamber in spec.chamber}
     for each in reinforcements:
@@ -61,5 +61,5 @@ def build_covers(spec: BodySpec, reinforcements: Iterable[Reinforcement]) -> tup
                 # q runs the other way around a chamber.
                 first, last = (-last, -first) if surface.cavity else (first, last)
                 q = (first - math.floor(first), last - math.floor(first))
-            found.append(Cover(each.name, name, r, q))
-    return tuple(found)
+            covers.append(Cover(each.name, name, r, q))
+    return tuple(covers)

@@ -51,10 +51,10 @@ class Level:
 def build_levels(spec: BodySpec, regions: Sequence[Region]) -> tuple[Level, ...]:
     """The planes of the regions of a problem, from the lowest to the highest."""
     surfaces = starting_body(spec).surfaces
-    found = [(region.beyond, region.name) for region in regions if region.beyond is not None]
+    planes = [(region.beyond, region.name) for region in regions if region.beyond is not None]
     return tuple(
         Level(name, height, {each.name: _ring(each, height) for each in surfaces if _crosses(each, height)})
-        for height, name in sorted(found)
+        for height, name in sorted(planes)
     )
 
 

@@ -63,7 +63,7 @@ def build_linings(spec: BodySpec, regions: Sequence[Region]) -> tuple[Lining, ..
     chambers = {chamber.name: chamber.model_copy(update={"ripple": None}) for chamber in spec.chamber}
     plain = starting_body(spec.model_copy(update={"ripple": None, "chamber": tuple(chambers.values())}))
     surfaces = {surface.name: surface for surface in plain.surfaces}
-    found = []
+    linings = []
     for region in regions:
         if region.layer is not None:
             layer, inwards = region.layer, -region.thickness / spec.radius
@@ -71,11 +71,11 @@ def build_linings(spec: BodySpec, regions: Sequence[Region]) -> tuple[Lining, ..
             start, end = layer.span or (0.0, spec.length)
             q = None if layer.angles is None else (layer.angles[0] / (2 * math.pi), layer.angles[1] / (2 * math.pi))
             r = (max(start / spec.length, 0.0), min(end / spec.length, 1.0))
-            found.append(Lining(region.name, "exterior", region.thickness, offset, r, q))
+            linings.append(Lining(region.name, "exterior", region.thickness, offset, r, q))
         for name in region.sleeve.chambers if region.sleeve else ():
             offset = _around(chambers[name], surfaces[name], region.thickness)
-            found.append(Lining(region.name, name, region.thickness, offset, ends=True))
-    return tuple(found)
+            linings.append(Lining(region.name, name, region.thickness, offset, ends=True))
+    return tuple(linings)
 
 
 def _around(chamber: ChamberSpec, surface: TubeSurface, thickness: float) -> NDArray[np.float64]:

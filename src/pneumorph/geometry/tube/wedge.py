@@ -66,7 +66,7 @@ def build_wedges(spec: BodySpec, regions: Sequence[Region]) -> tuple[Wedge, ...]
     angles = edges(spec, regions)
     if not angles:
         return ()
-    start, found = starting_body(spec), []
+    start, wedges = starting_body(spec), []
     for first, last in gaps(angles):
         parts = {}
         for surface, cut in zip(start.surfaces, _cut(spec), strict=True):
@@ -77,8 +77,8 @@ def build_wedges(spec: BodySpec, regions: Sequence[Region]) -> tuple[Wedge, ...]
             elif _within(surface, first, last):
                 parts[surface.name] = (0.0, 1.0)
         names = [region.name for region in regions if region.within and _inside(region.within, (first + last) / 2.0)]
-        found.append(Wedge(names[0] if names else REST, first, last, parts))
-    return tuple(found)
+        wedges.append(Wedge(names[0] if names else REST, first, last, parts))
+    return tuple(wedges)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,14 +110,14 @@ def cones_of(problem: Problem, body: Body) -> tuple[Cones, ...]:
     """
     spec, wall = problem.tubes, problem.limits.wall
     angles = edges(spec, problem.region, images=True)
-    found = []
+    cones = []
     for surface, cut in zip(body.surfaces, _cut(spec), strict=True):
         shape = surface.net.shape[:2]
         if not angles:
             free = np.full((*shape, 2), np.inf)
-            found.append(Cones(np.zeros(shape), np.zeros((*shape, 2), bool), -free, free))
+            cones.append(Cones(np.zeros(shape), np.zeros((*shape, 2), bool), -free, free))
         elif cut:
-            found.append(_around(surface, angles))
+            cones.append(_around(surface, angles))
         else:
             x, y, _ = surface.net.mean(axis=(0, 1))
             start, end = gap_around(angles, (x, y), across=False)
@@ -126,8 +126,8 @@ def cones_of(problem: Problem, body: Body) -> tuple[Cones, ...]:
             shift = _turned(np.broadcast_to(apex, (*shape, 2)), angle)
             # Waves may start nearer than the wall; they come no nearer then.
             low = np.minimum(low + shift, _turned(surface.net[..., :2], angle))
-            found.append(Cones(angle, np.zeros((*shape, 2), bool), low, high + shift))
-    return tuple(found)
+            cones.append(Cones(angle, np.zeros((*shape, 2), bool), low, high + shift))
+    return tuple(cones)
 
 
 def _around(surface: TubeSurface, angles: Sequence[float]) -> Cones:

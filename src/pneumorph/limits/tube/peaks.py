@@ -18,9 +18,9 @@ Ints = NDArray[np.integer]
 
 def expected_peaks(c: Floats, least: float) -> Floats:
     """Estimated peaks near samples c (kinds, rows, columns); minus infinity where they are not above `least`."""
-    found = np.empty_like(c)
-    each(lambda kind: _expect(c[kind], least, found[kind]), range(len(c)))
-    return found
+    peaks = np.empty_like(c)
+    each(lambda kind: _expect(c[kind], least, peaks[kind]), range(len(c)))
+    return peaks
 
 
 def peaks_at(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Floats, Floats]:

@@ -65,8 +65,8 @@ class Rims:
         for number in body.own:
             surface, spans = body.body.surfaces[number], body.spans[number]
             if surface.ends == "flat":
-                for found in bounds(surface, spans, body.spec.fold.neighbourhood, tally.accuracy, tally.worst):
-                    tally.points(number, found)
+                for bounded in bounds(surface, spans, body.spec.fold.neighbourhood, tally.accuracy, tally.worst):
+                    tally.points(number, bounded)
 
     def shares(self, at: SampledTubes, number: int) -> Iterator[tuple[str, Floats]]:
         samples, spec, x = at.samples.coarse[number], at.samples.spec.fold, at.fields[number].x
@@ -76,15 +76,15 @@ class Rims:
             yield RIM.name, RIM.used(np.concatenate([ratio[:1], ratio, ratio[-1:]]), spec.distance)
 
     def smooth(self, at: SmoothTubes) -> dict[str, Array]:
-        found, spec = [], at.samples.spec.fold
+        values, spec = [], at.samples.spec.fold
         for x, grid in zip(at.tubes, at.samples.grids, strict=True):
             if len(grid.rings):
                 base, tip = _ratios(x, grid, spec.neighbourhood)
                 # On the rim itself the value is that of the wall's slope, found by extrapolation.
                 xp = x.__array_namespace__()
                 rims = [2.0 * base[0] - base[1], 2.0 * tip[-1] - tip[-2]]
-                found.append(1.0 - xp.concatenate([xp.minimum(base, tip).ravel(), *rims]) / spec.distance)
-        return {RIM.name: at.joined(found)}
+                values.append(1.0 - xp.concatenate([xp.minimum(base, tip).ravel(), *rims]) / spec.distance)
+        return {RIM.name: at.joined(values)}
 
 
 def _ratios(x: Any, grid: Grid, neighbourhood: float) -> tuple[Any, Any]:
@@ -160,7 +160,7 @@ def bounds(
     """
     rows = surface.basis_r.spans
     z = spans.x[:, 2].reshape(rows, -1, 4, 4)
-    found = []
+    per_end = []
     for tip in (False, True):
         height = np.einsum("ij,abjm->abim", BACKWARDS, z)[::-1] if tip else z.copy()
         height[:, :, 0, 0] -= surface.net[-1 if tip else 0, 0, 2]
@@ -189,6 +189,6 @@ def bounds(
         some = (upper > lower) & np.tile(own, 2)
         both = KnotSpans(np.zeros((0, 3, 4, 4)), np.tile(spans.q, (2, 1)), np.tile(r, (2, 1)), some)
         polynomials = np.concatenate([near, away]).reshape(count, 2, 4, 4)
-        found.append(hull_bounds(polynomials, lambda net: -net[:, 0] / net[:, 1], both, accuracy, worst, cells))
-        worst = max(worst, float(found[-1].attained.max()))
-    return found
+        per_end.append(hull_bounds(polynomials, lambda net: -net[:, 0] / net[:, 1], both, accuracy, worst, cells))
+        worst = max(worst, float(per_end[-1].attained.max()))
+    return per_end

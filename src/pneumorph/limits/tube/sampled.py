@@ -75,9 +75,9 @@ class SampledTubes:
         return np.moveaxis(self.fields[number].x, 0, -1)
 
     def in_end_planes(self, number: int) -> NDArray[np.bool_]:
-        found = np.zeros(self.samples.coarse[number].shape, dtype=bool)
-        found[[0, -1]] = not self.samples.coarse[number].cavity
-        return found
+        inside = np.zeros(self.samples.coarse[number].shape, dtype=bool)
+        inside[[0, -1]] = not self.samples.coarse[number].cavity
+        return inside
 
     def worst(self, number: int, c: Floats, least: float) -> Placed:
         grid, samples = self.samples.coarse[number], self.samples
@@ -127,8 +127,8 @@ class SampledTubes:
         """The distances from the samples of one surface to another."""
         here, there = self.closed[a], self.closed[b]
         source = _asking(self.samples, a, here)
-        found, near, distance, offset = closest_within(here.x[source], there, bound + reach)
-        some = source[found]
+        within, near, distance, offset = closest_within(here.x[source], there, bound + reach)
+        some = source[within]
         cell = _cell_of_samples(self.samples, a, here, some)
         pick = worst_of_cells(-distance, cell)
         some, near, offset, cell = some[pick], near[pick], offset[pick], cell[pick]
@@ -146,11 +146,16 @@ class SampledTubes:
         source = _asking(self.samples, number, tube)
         # Walls farther apart than the neighbourhood are not folds.
         fold = nearest_fold(tube, neighbourhood, min(bound, neighbourhood), source)
-        found = np.flatnonzero(np.isfinite(fold.distance))
-        some, near, offset, facing = source[found], fold.near[found], fold.offset[found].copy(), fold.facing[found]
+        folds = np.flatnonzero(np.isfinite(fold.distance))
+        some, near, offset, facing = (
+            source[folds],
+            fold.near[folds],
+            fold.offset[folds].copy(),
+            fold.facing[folds],
+        )
         _, _, offset[facing] = tube.closest(tube.x[some[facing]], near[facing])
         cell = _cell_of_samples(self.samples, number, tube, some)
-        pick = worst_of_cells(-fold.distance[found], cell)
+        pick = worst_of_cells(-fold.distance[folds], cell)
         one = _Aside(number, tube, some[pick], np.zeros((len(pick), 2)))
         return self._couples(one, _Aside(number, tube, near[pick], offset[pick]), cell[pick])
 

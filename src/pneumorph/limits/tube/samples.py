@@ -132,10 +132,10 @@ def worst_samples(
     least : float
     """
     # One of each half along r: if only one were kept, repairing it would alternately violate the other.
-    found = np.full(2 * spans[0] * spans[1], -1)
-    _pick(np.ascontiguousarray(c, dtype=float), own, per_span, spans, float(least), found)
-    half = np.flatnonzero(found >= 0)
-    row, column = np.divmod(found[half], c.shape[1])
+    worst = np.full(2 * spans[0] * spans[1], -1)
+    _pick(np.ascontiguousarray(c, dtype=float), own, per_span, spans, float(least), worst)
+    half = np.flatnonzero(worst >= 0)
+    row, column = np.divmod(worst[half], c.shape[1])
     return row, column, half // 2
 
 

@@ -64,9 +64,9 @@ class Shapes:
         scale, shift = _scale_and_shift(samples.spec)
         for number, surface in enumerate(body.surfaces):
             given = _added(samples, number, near.places)
-            found = _worst_places(samples, number, surface, scale, shift, near.least)
-            kind, cell = (np.concatenate(pair) for pair in zip(given[:2], found[:2], strict=True))
-            q, r = (np.concatenate(pair) for pair in zip(given[2:], found[2:], strict=True))
+            worst = _worst_places(samples, number, surface, scale, shift, near.least)
+            kind, cell = (np.concatenate(pair) for pair in zip(given[:2], worst[:2], strict=True))
+            q, r = (np.concatenate(pair) for pair in zip(given[2:], worst[2:], strict=True))
             kind, cell, q, r = _distinct(samples.fine[number], kind, cell, q, r)
             value, entry, column = differentiated(surface, kind, q, r, samples.spec.stretch.form)
             excess = scale[kind] * value + shift[kind]
@@ -88,8 +88,8 @@ class Shapes:
             some = [tallies[limit.name] for limit in self.limits]
             accuracies, worst = [tally.accuracy for tally in some], [tally.worst for tally in some]
             surface, spans = body.body.surfaces[number], body.spans[number]
-            found = enclosed(surface, spans, body.spec.stretch.form, accuracies, worst)
-            for tally, bounds in zip(some, found, strict=True):
+            enclosures = enclosed(surface, spans, body.spec.stretch.form, accuracies, worst)
+            for tally, bounds in zip(some, enclosures, strict=True):
                 tally.points(number, bounds)
 
     def shares(self, at: SampledTubes, number: int) -> Iterator[tuple[str, Floats]]:
@@ -146,9 +146,9 @@ def _added(limits: LimitSamples, number: int, places: Mapping[str, Points] | Non
         return none, none, np.zeros(0), np.zeros(0)
     parts = []
     for kind, limit in enumerate(_LIMITS):
-        found = places[limit.name]
-        here = found.surface == number
-        q, r = found.at[here, 0], found.at[here, 1]
+        points = places[limit.name]
+        here = points.surface == number
+        q, r = points.at[here, 0], points.at[here, 1]
         parts.append((np.full(len(q), kind), cell_of(limits, number, q, r), q, r))
     kind, cell, q, r = (np.concatenate(part) for part in zip(*parts, strict=True))
     return kind, cell, q, r

@@ -200,7 +200,7 @@ class SmoothTubes:
 
     def measured(self, name: str) -> Array:
         """One of `Measures` at all samples, (n,)."""
-        return self.joined([getattr(found, name).ravel() for found in self._measures])
+        return self.joined([getattr(each, name).ravel() for each in self._measures])
 
     @property
     def spec(self) -> Limits:

@@ -42,8 +42,8 @@ def main() -> None:
     pieces = {}
     for kind in _COLOURS:
         for file in sorted(folder.glob(f"{kind}*.3mf")):
-            found = next(iter(read_3mf(file).values()))
-            pieces[file.stem] = pv.PolyData.from_regular_faces(found.points, found.corners)
+            mesh = next(iter(read_3mf(file).values()))
+            pieces[file.stem] = pv.PolyData.from_regular_faces(mesh.points, mesh.corners)
     plotter = pv.Plotter(off_screen=True, window_size=list(_SIZE), lighting="light kit")
     plotter.background_color = pv.Color("white")
     (_draw_silicone if "negative-1-a" in pieces else _draw_split)(plotter, pieces)

@@ -86,15 +86,15 @@ def product(plan: Plan) -> TopoDS_Shape:
 
 def _cores(plan: SplitPlan) -> list[Piece]:
     """The chambers with their stems, whose ends are flattened so that a core cannot turn."""
-    found = []
+    cores = []
     for chamber, core in zip(plan.body.chambers, plan.cores, strict=True):
         shape = solid([fill_chamber(chamber)])
         for stem in core.stems:
             shape = fuse(shape, [cut(_bar(plan, stem), [_flat(plan, stem, 0.0)])])
         piece = Piece(f"core-{core.chamber}", "core", shape)
         sideways = [(float(stem.start[2]), plan.stem + 1.0) for stem in core.stems if stem.way == "side"]
-        found += split(piece, plan, sideways, _key_inside(shape))
-    return found
+        cores += split(piece, plan, sideways, _key_inside(shape))
+    return cores
 
 
 def _key_inside(core: TopoDS_Shape) -> Keys:

@@ -146,11 +146,11 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> SplitPlan:
         If a chamber cannot get a port, or no split of the outer mould can be pulled off the rubber; with the place.
     """
     body, samples, radius = before_curing(body, spec)
-    found = ports(body, samples, radius, wall)
-    sideways = [stem.angle for stem in found if stem.way == "side"]
+    stems = ports(body, samples, radius, wall)
+    sideways = [stem.angle for stem in stems if stem.way == "side"]
     cores = tuple(
         _core(number, chamber, stem, samples, radius, wall, spec, density, sideways)
-        for number, (chamber, stem) in enumerate(zip(body.chambers, found, strict=True), start=1)
+        for number, (chamber, stem) in enumerate(zip(body.chambers, stems, strict=True), start=1)
     )
     shared = shared_plan(body, samples, spec, [stem for core in cores for stem in core.stems])
     given = [stem.angle for core in cores for stem in core.stems if stem.way == "side"]

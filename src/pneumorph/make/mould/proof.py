@@ -69,8 +69,8 @@ def proof(plan: SplitPlan, parts: Sequence[Part], chord: float) -> Iterator[Chec
     yield from room("mould", product, around, chord)
     yield overlap(around, product.solid.volume())
     most = plan.spec.release_stretch
-    for number, found in enumerate(plan.releases, start=1):
-        yield Check(f"outer-{number}", "stretch of the rubber when pulled off", found.stretch, most)
+    for number, release in enumerate(plan.releases, start=1):
+        yield Check(f"outer-{number}", "stretch of the rubber when pulled off", release.stretch, most)
     for core in plan.cores:
         yield Check(f"core-{core.chamber}", "lateral deflection while casting", core.sag, plan.spec.core_sag, "mm")
         yield Check(f"core-{core.chamber}", "high points below it that trap air", len(plan.trapped[core.chamber]), 0)

@@ -119,17 +119,17 @@ def steps(plan: SplitPlan, items: Sequence[Item]) -> list[str]:
 
 def reinforcing(problem: Problem) -> list[str]:
     """When the sheets and fibres of a problem are put on its surfaces, if it has any."""
-    found = []
+    sentences = []
     for each in reinforcements(problem):
         chambers = [name for name in each.surfaces if name != EXTERIOR]
         if chambers:
-            found.append(
+            sentences.append(
                 f"Before casting, lay {each.words} on the cores of {', '.join(chambers)}: the rubber bonds to it. "
                 "The cores must be broken or dissolved inside it."
             )
         if EXTERIOR in each.surfaces:
-            found.append(f"Bond {each.words} to the finished body with the thinnest possible film of its rubber.")
-    return found
+            sentences.append(f"Bond {each.words} to the finished body with the thinnest possible film of its rubber.")
+    return sentences
 
 
 def last_steps(plan: Plan) -> list[str]:
@@ -154,13 +154,13 @@ def _leaving(plan: SplitPlan) -> list[str]:
     """How the cores leave the part."""
     whole = [core.chamber for core in plan.cores if core.leaves_whole(plan.spec.release_stretch)]
     broken = [core.chamber for core in plan.cores if core.chamber not in whole]
-    found = [f"Pull the cores of chambers {', '.join(whole)} out through their ports."] if whole else []
+    sentences = [f"Pull the cores of chambers {', '.join(whole)} out through their ports."] if whole else []
     if broken:
-        found.append(
+        sentences.append(
             f"The cores of chambers {', '.join(broken)} are wider than their ports: dissolve them in warm water, or "
             "break them and shake them out."
         )
-    return found
+    return sentences
 
 
 def note_of(item: Item) -> str:

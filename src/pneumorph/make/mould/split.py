@@ -121,8 +121,8 @@ def cap(place: Array, direction: Array, radius: float, gap: float) -> TopoDS_Sha
 
 def room_for_key(radius: float, largest: float) -> float | None:
     """Radius of a key where there is a circle of a radius; None if it would be too small."""
-    found = min(0.6 * radius, largest)
-    return found if found >= _LEAST else None
+    key = min(0.6 * radius, largest)
+    return key if key >= _LEAST else None
 
 
 def bounds(shape: TopoDS_Shape) -> tuple[Array, Array]:

@@ -122,14 +122,14 @@ def port_in_plane(
     plane : Plane
         In which its axis is.
     """
-    found = upright(number, chamber, samples, radius, wall, tip=False, plane=plane)
+    stem = upright(number, chamber, samples, radius, wall, tip=False, plane=plane)
     normal, offset = plane
     middle = samples[number].points.mean(axis=0)
     origin = middle[:2] + (offset - middle @ normal) * normal[:2]
     ahead = float(np.arctan2(normal[0], -normal[1]))  # across the normal
     for angle in (ahead, ahead + np.pi):
-        found = found or _sideways(chamber, number, samples, radius, wall, angle, origin=origin)
-    return found
+        stem = stem or _sideways(chamber, number, samples, radius, wall, angle, origin=origin)
+    return stem
 
 
 def upright(

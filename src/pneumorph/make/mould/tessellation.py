@@ -73,7 +73,7 @@ def _meshed(shape: TopoDS_Shape, chord: float) -> list[_Face]:
     """The triangles of every face as OpenCASCADE makes them."""
     BRepTools.Clean_s(shape)
     BRepMesh_IncrementalMesh(shape, chord, False, _ANGLE, True)
-    found, explorer = [], TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+    faces, explorer = [], TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
     while explorer.More():
         face = TopoDS.Face(explorer.Current())
         explorer.Next()
@@ -88,8 +88,8 @@ def _meshed(shape: TopoDS_Shape, chord: float) -> list[_Face]:
             spline = surface
             places = [mesh.UVNode(k) for k in range(1, mesh.NbNodes() + 1)]
             parameters = np.array([(place.X(), place.Y()) for place in places])
-        found.append(_Face(points, parameters, corners - 1, spline))
-    return found
+        faces.append(_Face(points, parameters, corners - 1, spline))
+    return faces
 
 
 def _refined(face: _Face, most: float) -> _Face:
@@ -125,15 +125,15 @@ def _refined(face: _Face, most: float) -> _Face:
 
 def _divided(corners: Ints, middles: Ints) -> Ints:
     """Divide triangles (m, 3) at the points in the middles of their edges 01, 12, 20, where these are not -1."""
-    found = [corners[(middles < 0).all(axis=1)]]
+    parts = [corners[(middles < 0).all(axis=1)]]
     for first in range(3):
         turn = [first, (first + 1) % 3, (first + 2) % 3]
         (a, b, c), (ab, bc, ca) = corners[:, turn].T, middles[:, turn].T
         one = (ab >= 0) & (bc < 0) & (ca < 0)
         two = (ab >= 0) & (bc >= 0) & (ca < 0)
-        found += [np.stack(each, axis=1)[one] for each in ((a, ab, c), (ab, b, c))]
-        found += [np.stack(each, axis=1)[two] for each in ((ab, b, bc), (a, ab, bc), (a, bc, c))]
+        parts += [np.stack(each, axis=1)[one] for each in ((a, ab, c), (ab, b, c))]
+        parts += [np.stack(each, axis=1)[two] for each in ((ab, b, bc), (a, ab, bc), (a, bc, c))]
     all_three = (middles >= 0).all(axis=1)
     (a, b, c), (ab, bc, ca) = corners[all_three].T, middles[all_three].T
-    found += [np.stack(each, axis=1) for each in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-    return np.concatenate(found)
+    parts += [np.stack(each, axis=1) for each in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    return np.concatenate(parts)

@@ -26,7 +26,7 @@ def tops(surface: Samples) -> Array:
     height = surface.x[..., 2].ravel()
     parent = np.full(len(height), -1)
     top: dict[int, int] = {}
-    found = []
+    candidates = []
 
     def root(i: int) -> int:
         while parent[i] != i:
@@ -50,9 +50,9 @@ def tops(surface: Samples) -> Array:
             if height[top[one]] > height[top[other]]:
                 one, other = other, one
             if height[top[one]] - height[i] >= _HEIGHT:
-                found.append(top[one])
+                candidates.append(top[one])
             parent[one] = other
     highest = top[root(0)]
     normal = surface.normal.reshape(-1, 3)
-    kept = [i for i in found if i != highest and normal[i, 2] > _UP]
+    kept = [i for i in candidates if i != highest and normal[i, 2] > _UP]
     return surface.points[kept].reshape(-1, 3)

@@ -111,7 +111,7 @@ def _bonding_keys(plan: SiliconePlan, whole: TopoDS_Shape) -> list[list[Key]]:
     """Keys for every plane: one in each quarter of the bonding face that has room for it."""
     solid_body = manifold(tessellated(whole, 0.1).triangles)
     angle = float(np.degrees(np.arctan2(plan.normal[1], plan.normal[0])))
-    found = []
+    keys = []
     for offset in plan.offsets:
         frame = Frame(offset * plan.normal, plan.normal)
         # The plane becomes z = 0: normal along x first, then along z.
@@ -126,8 +126,8 @@ def _bonding_keys(plan: SiliconePlan, whole: TopoDS_Shape) -> list[list[Key]]:
             radius = room_for_key(float(room[best]), _KEY)
             if radius is not None:
                 own.append(Key(frame.at(across[best], 0.0, z[best]), radius))
-        found.append(own)
-    return found
+        keys.append(own)
+    return keys
 
 
 def _rooms(loops: Sequence[Array]) -> tuple[Array, Array]:
@@ -165,11 +165,11 @@ def _keyed(plan: SiliconePlan, frame: Frame, down: float = 0.0) -> list[TopoDS_S
 def _bars(plan: SiliconePlan, slab: Slab) -> list[TopoDS_Shape]:
     """The ports that lie in the parting plane of an outer part, into the silicone beside it, where they are held."""
     print_length = plan.spec.mould_wall / 2.0
-    found = []
+    bars = []
     for stem in _own_stems(plan, slab):
         outside = -plan.bottom if stem.way == "base" else 0.0
-        found.append(cylinder(stem.start, stem.direction, plan.stem, _through(stem) + outside + print_length))
-    return found
+        bars.append(cylinder(stem.start, stem.direction, plan.stem, _through(stem) + outside + print_length))
+    return bars
 
 
 def _through(stem: Stem) -> float:
@@ -199,7 +199,7 @@ def _openings(plan: SiliconePlan, slab: Slab, gap: float = 0.0) -> list[TopoDS_S
 
 def _pins(plan: SiliconePlan, slab: Slab, gap: float = 0.0) -> list[TopoDS_Shape]:
     """Vents at high points of the exterior, through the silicone to the cover."""
-    frame, found = frame_of(slab, plan), []
+    frame, pins = frame_of(slab, plan), []
     for top in plan.vents:
         if not slab.low < top @ plan.normal < slab.high:
             continue
@@ -207,8 +207,8 @@ def _pins(plan: SiliconePlan, slab: Slab, gap: float = 0.0) -> list[TopoDS_Shape
         way = frame.up if up >= 0.0 else -frame.up
         length = plan.deep[int(up < 0.0)] - abs(up)
         start = top - 0.5 * VENT * np.array([0.0, 0.0, 1.0]) - _INTO * way
-        found.append(cylinder(start, way, VENT + gap, length + _INTO))
-    return found
+        pins.append(cylinder(start, way, VENT + gap, length + _INTO))
+    return pins
 
 
 def _negatives(
@@ -310,14 +310,14 @@ def _boxes(plan: SiliconePlan, slab: Slab) -> list[Piece]:
 
 def _vents_in_cover(plan: SiliconePlan, frame: Frame, slab: Slab, side: float) -> list[TopoDS_Shape]:
     """Holes of a cover for the vents of a part: covers are used for all parts."""
-    found = []
+    vents = []
     for top in plan.vents:
         if slab.low < top @ plan.normal < slab.high:
             across, up, z = frame_of(slab, plan).of(top[None])[0]
             if (up >= 0.0) == (side > 0.0):
                 start = frame.at(across, side * (plan.deep[int(side < 0)] - 1.0), z - 0.5 * VENT)
-                found.append(cylinder(start, side * frame.up, VENT, PLATE + 2.0))
-    return found
+                vents.append(cylinder(start, side * frame.up, VENT, PLATE + 2.0))
+    return vents
 
 
 def pry_heights(plan: SiliconePlan) -> tuple[float, float]:

@@ -133,14 +133,14 @@ def plan_silicone(body: Body, spec: MakeSpec, wall: float) -> SiliconePlan:
     """
     body, samples, radius = before_curing(body, spec)
     tried = [_divided(body, samples, radius, wall, angle) for angle in _angles(samples)]
-    found = [each for each in tried if isinstance(each, _Division)]
-    if not found:
+    possible = [each for each in tried if isinstance(each, _Division)]
+    if not possible:
         reasons = [each for each in tried if isinstance(each, str)]
         raise ComputationError(f"the silicone mould cannot be planned: {reasons[0]}; use the split mould")
-    fewest = min(len(each.offsets) for each in found)
+    fewest = min(len(each.offsets) for each in possible)
     # The first of those that are equally good.
     best = min(
-        (each for each in found if len(each.offsets) == fewest),
+        (each for each in possible if len(each.offsets) == fewest),
         key=lambda each: round(_worst(_releases(each, samples, spec, every=11)), 2),
     )
     releases = _releases(best, samples, spec, every=EVERY)
@@ -254,25 +254,25 @@ def formed(
     sense = float(way @ normal)
     face = slab.high if sense > 0.0 else slab.low
     numbers = [number for number, plane in enumerate(planes, start=1) if offsets[plane] == face]
-    found = []
+    parts = []
     for number in [0, *numbers] if side == "a" or slab.inner else numbers:
         along = samples[number].points @ normal
         own = (along >= slab.low) & (along <= slab.high)
         if slab.inner:  # one negative on each side of the parting
             own &= (along - slab.parting) * sense >= 0.0
-        found.append((number, np.flatnonzero(own)))
-    return found
+        parts.append((number, np.flatnonzero(own)))
+    return parts
 
 
 def _releases(division: _Division, samples: Sequence[Samples], spec: MakeSpec, every: int) -> dict[str, Release]:
     """How every negative comes off its master: the worse of the exterior and the chambers that it forms."""
-    found = {}
+    worst = {}
     for slab in division.slabs:
         for side, way in (("a", slab.up), ("b", -slab.up)):
             surfaces = formed(slab, side, samples, division.normal, division.offsets, division.planes)
             each = [_release(samples[n], n, slab, division.normal, way, spec, own[::every]) for n, own in surfaces]
-            found[f"{slab.number}-{side}"] = max(each, key=lambda one: one.stretch)
-    return found
+            worst[f"{slab.number}-{side}"] = max(each, key=lambda one: one.stretch)
+    return worst
 
 
 def _release(

@@ -41,9 +41,9 @@ def proof(plan: SiliconePlan, parts: Sequence[Part], chord: float) -> Iterator[C
         ]
         yield from _cast(plan, slab, masters, negatives, part.solid.volume(), chord)
         yield Check(part.name, "closed spaces inside", len(part.solid.decompose()) - 1, 0)
-    for name, found in plan.releases.items():
+    for name, release in plan.releases.items():
         most = plan.spec.release_stretch
-        yield Check(f"negative-{name}", "stretch of the silicone when pulled off", found.stretch, most)
+        yield Check(f"negative-{name}", "stretch of the silicone when pulled off", release.stretch, most)
     for chamber, high in plan.trapped.items():
         yield Check(f"chamber {chamber}", "high points below it that trap air", len(high), 0)
     product = named["body"]

@@ -158,13 +158,13 @@ def sag_of(plan: SiliconePlan, slab: Slab, settled: dict[str, tuple[Array, Array
         Of the silicone of negatives a and b, (n, 3) each, in the coordinates of the mould's frame, mm.
     """
     frame = frame_of(slab, plan)
-    found: dict[bool, list[Array]] = {True: [], False: []}
+    moves: dict[bool, list[Array]] = {True: [], False: []}
     for side, (nodes, moved) in settled.items():
         for number, own in _surfaces(plan, slab, side):
             points = frame.of(plan.samples[number].points[own])
             near = KDTree(nodes).query(points)[1]
-            found[number == 0].append(np.concatenate([points, moved[near]], axis=1))
-    outside, inside = (np.concatenate(found[key]) for key in (True, False))
+            moves[number == 0].append(np.concatenate([points, moved[near]], axis=1))
+    outside, inside = (np.concatenate(moves[key]) for key in (True, False))
     near = KDTree(outside[:, :3]).query(inside[:, :3])[1]
     gap = outside[near] - inside
     away = gap[:, :3] / np.maximum(np.linalg.norm(gap[:, :3], axis=1, keepdims=True), 1e-9)

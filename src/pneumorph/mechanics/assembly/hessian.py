@@ -142,12 +142,12 @@ def _objects(model: Model, X: np.ndarray, state: State, loads: Loads) -> sparse.
     if not len(own):
         return sparse.coo_array(shape)
     columns = [model.vector(each) for each in object_columns(model.potential, X, state, loads)]
-    found = sparse.coo_array(np.stack(columns, axis=1))
-    row, column = found.coords[0], own[found.coords[1]]
+    matrix = sparse.coo_array(np.stack(columns, axis=1))
+    row, column = matrix.coords[0], own[matrix.coords[1]]
     # What follows them in the order of the unknowns, the plate, is in rows of theirs.
     above, after = row <= column, row > own[-1]
     rows, others = np.concatenate([row[above], column[after]]), np.concatenate([column[above], row[after]])
-    return sparse.coo_array((np.concatenate([found.data[above], found.data[after]]), (rows, others)), shape=shape)
+    return sparse.coo_array((np.concatenate([matrix.data[above], matrix.data[after]]), (rows, others)), shape=shape)
 
 
 def _turned_back(blocks: Blocks, places: BlockPlaces, turn: np.ndarray) -> Blocks:

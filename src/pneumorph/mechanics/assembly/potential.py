@@ -152,9 +152,9 @@ def forces(potential: Potential, groups: Iterable[Group], nodes: Displacement, l
     for elements, energies in groups:
         at = elements.local(nodes.X, nodes.u, nodes.state)
         for energy in energies:
-            part, found = energy.forces(elements, at, loads)
+            part, derivatives = energy.forces(elements, at, loads)
             value += part
-            add(elements, found, by)
+            add(elements, derivatives, by)
     for touch, _, free in potential.touches(nodes.X + nodes.u, nodes.state, loads):
         value += touch.energy
         by.u[:] += touch.slope

@@ -197,10 +197,10 @@ def _slots(couples: sparse.csr_array, i: np.ndarray, j: np.ndarray, used: np.nda
         starts = couples.indptr
         stride = int(max(couples.indices.max(), j.max())) + 1
         keys = np.repeat(np.arange(len(starts) - 1), np.diff(starts)) * stride + couples.indices
-        found = np.searchsorted(keys, i * stride + j).clip(max=len(keys) - 1)
-        if np.any(keys[found] != i * stride + j):
+        places = np.searchsorted(keys, i * stride + j).clip(max=len(keys) - 1)
+        if np.any(keys[places] != i * stride + j):
             raise ValueError("the sparsity was built without these elements")
-        slot[used] = found - starts[i]
+        slot[used] = places - starts[i]
     return slot
 
 

@@ -92,8 +92,8 @@ class Pattern:
 
     def has(self, keys: np.ndarray) -> bool:
         """Whether it has all these entries."""
-        found = np.searchsorted(self.keys, keys).clip(max=len(self.keys) - 1)
-        return bool(np.array_equal(self.keys[found], keys))
+        places = np.searchsorted(self.keys, keys).clip(max=len(self.keys) - 1)
+        return bool(np.array_equal(self.keys[places], keys))
 
     def joined(self, more: np.ndarray) -> Pattern:
         """The pattern with more entries, by their keys."""
@@ -223,9 +223,9 @@ class Tangent:
             Relative residual in the norm of the preconditioner.
         """
         if rhs.ndim == 1 and self._is_near(at, state):
-            found = self.solve(at, state, rhs, accuracy, FEW)
-            if found.converged:
-                return found.x
+            solution = self.solve(at, state, rhs, accuracy, FEW)
+            if solution.converged:
+                return solution.x
         self.move_to(at, state)
         return self.precondition(rhs)
 
@@ -238,8 +238,8 @@ class Tangent:
         """
         if self._is_near(at, state):
             noise = np.where(at.constrained, 0.0, np.random.default_rng(0).standard_normal(self._model.size))
-            found = self.solve(at, state, noise, EXACT, LANCZOS)
-            if found.spread < SAFE:
+            solution = self.solve(at, state, noise, EXACT, LANCZOS)
+            if solution.spread < SAFE:
                 return 0
         self.move_to(at, state)
         return self.negative_pivots

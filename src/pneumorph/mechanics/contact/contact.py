@@ -42,13 +42,13 @@ class PosedTouch:
     @cached_property
     def hessian(self) -> sparse.csr_array:
         """Second derivatives (3N, 3N), N/mm, by the places of the nodes."""
-        found = self._touch.hessian
+        hessian = self._touch.hessian
         if not self._view.turned or self._touch.nothing:
-            return found
-        blocks = sparse.bsr_array(found, blocksize=(3, 3))
+            return hessian
+        blocks = sparse.bsr_array(hessian, blocksize=(3, 3))
         turn = self._view.rotation
         data = np.einsum("ia,kab,jb->kij", turn, blocks.data, turn)
-        return sparse.csr_array(sparse.bsr_array((data, blocks.indices, blocks.indptr), shape=found.shape))
+        return sparse.csr_array(sparse.bsr_array((data, blocks.indices, blocks.indptr), shape=hessian.shape))
 
     @property
     def by_pose(self) -> np.ndarray:

@@ -105,12 +105,12 @@ class Facets:
         edge_sign = np.bincount(passed, minlength=len(edge)) - 1
         corner_sign = 1 + np.bincount(of_edge[~within], edge_sign[~within], len(corner))
         identity, whole = np.eye(3), np.broadcast_to(np.eye(3), (len(corner), 3, 3))
-        found = [
+        parts = [
             (place, above, height[:, None] * self._normal[face], self._normal[face], _outer(self._normal[face])),
             (at_edge, within * edge_sign, foot, self._edge_normal[edge], identity - _outer(self._along[edge])),
             (at_corner, corner_sign, from_corner, self._corner_normal[corner], whole),
         ]
-        at, sign, offset, normal, across = map(np.concatenate, zip(*found, strict=True))
+        at, sign, offset, normal, across = map(np.concatenate, zip(*parts, strict=True))
         distance = np.linalg.norm(offset, axis=1)
         counts = (sign != 0) & (distance < reach)
         at, sign, offset, normal, across, distance = (
@@ -139,8 +139,8 @@ class Facets:
         faces = np.asfortranarray((self._triangles[near] + len(beside)).astype(np.int32))
         # Boxes on both sides are made larger by it.
         search.build(together, np.zeros((0, 2), np.int32, order="F"), faces, 0.51 * reach)
-        found = search.detect_face_vertex_candidates()
-        pairs = np.array([(each.vertex_id, each.face_id) for each in found], int).reshape(-1, 2)
+        candidates = search.detect_face_vertex_candidates()
+        pairs = np.array([(each.vertex_id, each.face_id) for each in candidates], int).reshape(-1, 2)
         return beside[pairs[:, 0]], near[pairs[:, 1]]
 
 

@@ -114,11 +114,11 @@ def resting(obstacles: Mapping[str, Obstacle], free: Mapping[str, Free]) -> Iter
 
 def gaps(obstacles: Mapping[str, Obstacle], free: Mapping[str, Free], views: list[View]) -> np.ndarray:
     """The gaps under all points of free obstacles over planes, mm."""
-    found = [
+    heights = [
         np.asarray(plane.distance(views[under].in_frame(views[number].placed(free[name].points)))) - free[name].radius
         for name, number, _, under, plane in resting(obstacles, free)
     ]
-    return np.concatenate([np.zeros(0), *found])
+    return np.concatenate([np.zeros(0), *heights])
 
 
 def share_above(start: np.ndarray, end: np.ndarray) -> float:

@@ -107,10 +107,10 @@ class Pairs:
     def _near(self, places: np.ndarray) -> ipctk.NormalCollisions:
         import ipctk
 
-        found = ipctk.NormalCollisions()
-        found.use_area_weighting = True
-        found.build(self._mesh, places, self._activation)
-        return found
+        collisions = ipctk.NormalCollisions()
+        collisions.use_area_weighting = True
+        collisions.build(self._mesh, places, self._activation)
+        return collisions
 
     def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
         """A share of the straight motion of the nodes from `start` to `end` (N, 3) on which nothing meets."""
@@ -159,10 +159,10 @@ class PairsTouch:
         pairs, size, moving = self._pairs, 3 * self._count, 3 * self._pairs._moving
         if self.nothing:
             return sparse.csr_array((size, size))
-        found = sparse.coo_array(pairs._potential.hessian(self._collisions, pairs._mesh, self._at))
-        row, column = found.coords
-        some = (row < moving) & (column < moving) & (found.data != 0.0)
-        values = pairs._share * found.data[some]
+        hessian = sparse.coo_array(pairs._potential.hessian(self._collisions, pairs._mesh, self._at))
+        row, column = hessian.coords
+        some = (row < moving) & (column < moving) & (hessian.data != 0.0)
+        values = pairs._share * hessian.data[some]
         by_corners = sparse.csr_array((values, (row[some], column[some])), shape=(moving, moving))
         return sparse.csr_array(pairs._by.T @ by_corners @ pairs._by)
 

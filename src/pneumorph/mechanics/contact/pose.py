@@ -67,9 +67,9 @@ class View:
     @property
     def matrix(self) -> np.ndarray:
         """`placed` as a 4 × 4 matrix of homogeneous coordinates."""
-        found = np.eye(4)
-        found[:3, :3], found[:3, 3] = self.rotation, self.placed(np.zeros(3))
-        return found
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = self.rotation, self.placed(np.zeros(3))
+        return matrix
 
     def directed(self, vectors: np.ndarray) -> np.ndarray:
         """R v of vectors (..., 3) that the obstacle sees."""

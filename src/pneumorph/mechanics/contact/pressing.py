@@ -21,8 +21,8 @@ def pressed(contact: Contact | None, x: np.ndarray, poses: np.ndarray) -> np.nda
     """
     if contact is None:
         return np.zeros((0, 5))
-    found = np.zeros((len(contact.obstacles), 5))
-    for (name, obstacle), row, view in zip(contact.obstacles.items(), found, contact.views(poses), strict=True):
+    acting = np.zeros((len(contact.obstacles), 5))
+    for (name, obstacle), row, view in zip(contact.obstacles.items(), acting, contact.views(poses), strict=True):
         y = view.in_frame(x)
         row[:] = obstacle.pressed(y)
         if name in contact.guards:
@@ -30,7 +30,7 @@ def pressed(contact: Contact | None, x: np.ndarray, poses: np.ndarray) -> np.nda
             row[FORCE] += forces.sum(axis=0)
             row[NORMAL] += np.linalg.norm(forces, axis=1).sum()
         row[FORCE] = view.directed(row[FORCE])
-    return found
+    return acting
 
 
 def pulled_back(

@@ -18,9 +18,9 @@ class Recent(Generic[Found]):
         self._last: list[tuple[np.ndarray, Found]] = []
 
     def __call__(self, x: np.ndarray) -> Found:
-        for places, found in self._last:
+        for places, value in self._last:
             if np.array_equal(places, x):
-                return found
-        found = self._compute(x)
-        self._last = [*self._last[-1:], (np.array(x), found)]
-        return found
+                return value
+        value = self._compute(x)
+        self._last = [*self._last[-1:], (np.array(x), value)]
+        return value

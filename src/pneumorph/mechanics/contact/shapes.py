@@ -204,10 +204,10 @@ def _around(center: np.ndarray, radius: float, directions: np.ndarray) -> RigidM
 
 def _hull(points: np.ndarray) -> RigidMesh:
     """The triangles of the hull of points that are all corners of it, seen counter-clockwise from outside."""
-    found = ConvexHull(points)
-    a, b, c = np.moveaxis(points[found.simplices], 1, 0)
-    outward = np.einsum("ti,ti->t", np.cross(b - a, c - a), found.equations[:, :3]) > 0.0
-    return RigidMesh(points, np.where(outward[:, None], found.simplices, found.simplices[:, ::-1]))
+    hull = ConvexHull(points)
+    a, b, c = np.moveaxis(points[hull.simplices], 1, 0)
+    outward = np.einsum("ti,ti->t", np.cross(b - a, c - a), hull.equations[:, :3]) > 0.0
+    return RigidMesh(points, np.where(outward[:, None], hull.simplices, hull.simplices[:, ::-1]))
 
 
 def length_of(vector: Values) -> Array:

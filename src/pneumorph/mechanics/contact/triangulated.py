@@ -78,10 +78,10 @@ class Triangulated(Obstacle):
 
     def pressures(self, places: np.ndarray) -> np.ndarray:
         flat = places.reshape(-1, 3)
-        near, found = self.facets.near(flat, self.activation), np.zeros(flat.shape)
+        near, pressures = self.facets.near(flat, self.activation), np.zeros(flat.shape)
         slope = barrier_derivatives(near.distance, self.activation, self.stiffness)[1]
-        np.add.at(found, near.place, -(near.sign * slope)[:, None] * near.away)
-        return found.reshape(places.shape)
+        np.add.at(pressures, near.place, -(near.sign * slope)[:, None] * near.away)
+        return pressures.reshape(places.shape)
 
     def free_share(self, start: np.ndarray, end: np.ndarray) -> float:
         import ipctk
@@ -155,10 +155,10 @@ class TriangulatedTouch:
         np.add.at(summed, which, blocks)
         middle = sparse.bsr_array((summed, np.arange(len(points)), np.arange(len(points) + 1)))
         by = sparse.kron(obstacle.at_samples[points], sparse.eye_array(3), format="csr")
-        found = sparse.coo_array(by.T @ middle @ by)
+        hessian = sparse.coo_array(by.T @ middle @ by)
         place = (3 * obstacle.nodes[:, None] + np.arange(3)).ravel()
-        row, column = found.coords
-        return sparse.csr_array((found.data, (place[row], place[column])), shape=(size, size))
+        row, column = hessian.coords
+        return sparse.csr_array((hessian.data, (place[row], place[column])), shape=(size, size))
 
     def product(self, motion: np.ndarray) -> np.ndarray:
         """The change (N, 3) of `slope` along a motion (N, 3) of the nodes."""

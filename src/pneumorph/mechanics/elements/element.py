@@ -29,8 +29,8 @@ TRIANGLE_WEIGHTS = TRIANGLE_RULE[1]
 
 def _volume_weights() -> np.ndarray:
     """A (6, 6, 6), antisymmetric, with ⅓ ∫ x·n dA = Σ A_abc det(x_a, x_b, x_c) over the nodes of a triangle."""
-    found = np.einsum("q,qa,qb,qc->abc", TRIANGLE_WEIGHTS / 3, TRIANGLE_N, TRIANGLE_DN[..., 0], TRIANGLE_DN[..., 1])
-    turned = found + found.transpose(1, 2, 0) + found.transpose(2, 0, 1)
+    weights = np.einsum("q,qa,qb,qc->abc", TRIANGLE_WEIGHTS / 3, TRIANGLE_N, TRIANGLE_DN[..., 0], TRIANGLE_DN[..., 1])
+    turned = weights + weights.transpose(1, 2, 0) + weights.transpose(2, 0, 1)
     return (turned - turned.transpose(0, 2, 1)) / 6
 
 

@@ -202,8 +202,8 @@ def _summed(energy: ElementEnergy, weight: Values, at: Local, loads: Loads, X, u
 
 @jax.jit
 def _forces(energy: ElementEnergy, weight: Values, at: Local, loads: Loads) -> tuple[Array, Forces]:
-    value, found = jax.value_and_grad(_summed, argnums=(5, 6, 7, 8))(energy, weight, at, loads, *_varied(at))
-    return value, Forces(*found)
+    value, slopes = jax.value_and_grad(_summed, argnums=(5, 6, 7, 8))(energy, weight, at, loads, *_varied(at))
+    return value, Forces(*slopes)
 
 
 @jax.jit

@@ -284,8 +284,8 @@ _PERMUTATION = np.array([[[(i - j) * (j - k) * (k - i) / 2.0 for k in range(3)] 
 
 def _second_of_ratio(F: np.ndarray) -> np.ndarray:
     """∂²J/∂F∂F (9, 9, 4, C)."""
-    found = np.einsum("ikm,jln,mn...->ijkl...", _PERMUTATION, _PERMUTATION, F)
-    return found.reshape(9, 9, *F.shape[2:])
+    second = np.einsum("ikm,jln,mn...->ijkl...", _PERMUTATION, _PERMUTATION, F)
+    return second.reshape(9, 9, *F.shape[2:])
 
 
 def _room(elements: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

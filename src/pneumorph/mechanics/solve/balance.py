@@ -220,8 +220,8 @@ def free_way(at: Configuration, state: State, there: Configuration, end: State) 
     contact = at.model.contact
     assert contact is not None
     first, last = at.model.vector(state), there.model.vector(end)
-    found = contact.free_share(places(at, first), places(there, last), poses_at(at, first), poses_at(there, last))
-    return found if found == 1.0 else BEFORE * found
+    share = contact.free_share(places(at, first), places(there, last), poses_at(at, first), poses_at(there, last))
+    return share if share == 1.0 else BEFORE * share
 
 
 def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float:
@@ -237,9 +237,9 @@ def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float
     share = min(share, float(reach / max(far, 1e-300)))
     for _ in range(MOST_SHORTENINGS):
         end = vector + share * step
-        found = contact.free_share(start, places(at, end), poses, poses_at(at, end))
-        if found == 1.0:
+        free = contact.free_share(start, places(at, end), poses, poses_at(at, end))
+        if free == 1.0:
             return share
         # A plate that turns by less moves its nodes another way: the shorter way is checked too.
-        share *= found
+        share *= free
     return 0.0

@@ -35,19 +35,19 @@ def covered(
     MeshError
         If a cover is smaller than what could be found on the mesh.
     """
-    found: dict[str, list[Covered]] = {}
+    by_name: dict[str, list[Covered]] = {}
     for cover in covers:
-        parts = found.setdefault(cover.name, [])
+        parts = by_name.setdefault(cover.name, [])
         for face, triangles in faces.items():
             cavity = chambers_of(face)[:1] == (cover.surface,)
             if cavity or (face == cover.surface == EXTERIOR):
                 parts.append(_on_surface(triangles, param[cover.surface], cover, turned=cavity))
-    for name, parts in found.items():
+    for name, parts in by_name.items():
         if not sum(len(part.nodes) for part in parts):
             raise MeshError(f'nothing of the meshed surfaces is under "{name}"')
     return {
         name: Covered(*(np.concatenate([getattr(part, kind) for part in parts]) for kind in ("nodes", "points")))
-        for name, parts in found.items()
+        for name, parts in by_name.items()
     }
 
 

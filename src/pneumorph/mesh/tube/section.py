@@ -50,14 +50,14 @@ def with_sections(
     others = {name: triangles for name, triangles in solids.items() if name not in ("", REST)}
     name, rest = REST, solids.get(REST, solids.get(""))
     assert rest is not None, "a body has a rubber of its own"
-    found = {REST: rest} | others
+    parts = {REST: rest} | others
     for level in levels:
         above = nodes[rest[:, :3], 2].mean(axis=1) > level.height
         section, nodes = _section(rest[above], nodes, level.height, mirrors, size)
-        found[name] = np.concatenate([rest[~above], section[:, TURNED]])
+        parts[name] = np.concatenate([rest[~above], section[:, TURNED]])
         name, rest = level.region, np.concatenate([rest[above], section])
-        found[name] = rest
-    return found, nodes
+        parts[name] = rest
+    return parts, nodes
 
 
 def _section(
@@ -85,10 +85,10 @@ def _in_mirrors(
         # The axis is in the solid: both lines of a quarter begin there.
         own = [np.append(each, len(nodes)) for each in own]
         nodes = np.concatenate([nodes, [[0.0, 0.0, height]]])
-    found = []
+    in_planes = []
     for plane, each in zip(mirrors, own, strict=True):
         nodes[each, NORMALS[plane]] = 0.0
         edges, nodes = line(each, nodes, size, 1 - NORMALS[plane])
         # Seen from below, the solid is to the left going along x backwards and along y forwards.
-        found.append(edges[:, [1, 0, 2]] if plane == "xz" else edges)
-    return found, nodes
+        in_planes.append(edges[:, [1, 0, 2]] if plane == "xz" else edges)
+    return in_planes, nodes

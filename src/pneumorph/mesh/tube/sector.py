@@ -114,8 +114,8 @@ def _harmonic(triangles: np.ndarray, flat: np.ndarray, values: np.ndarray, given
     rows, columns = np.repeat(triangles, 3, axis=1), np.tile(triangles, (1, 3))
     stiffness = sparse.csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (len(values), len(values)))
     inner, held = np.setdiff1d(triangles, given), np.intersect1d(triangles, given)
-    found = values.copy()
+    harmonic = values.copy()
     if len(inner):
         factor = splu(sparse.csc_matrix(stiffness[inner][:, inner]))
-        found[inner] = -factor.solve(stiffness[inner][:, held] @ values[held])
-    return found
+        harmonic[inner] = -factor.solve(stiffness[inner][:, held] @ values[held])
+    return harmonic

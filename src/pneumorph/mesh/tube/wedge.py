@@ -63,7 +63,7 @@ def with_half_planes(
     MeshError
         If profiles cross.
     """
-    nodes, found = nodes.copy(), dict(solids)
+    nodes, closed = nodes.copy(), dict(solids)
     triangles, axis = [np.zeros((0, 6), int)], np.zeros((0, 3), int)
     for number, wedge in enumerate(wedges):
         before, after = str((number - 1) % len(wedges)), str(number)
@@ -85,13 +85,13 @@ def with_half_planes(
         # Seen from before the wedge, it is left of its axis going down.
         section, local = filled(np.concatenate([rim, axis[:, [1, 0, 2]]]), local, 1, size)
         nodes = local @ turn.T
-        found[after] = np.concatenate([found[after], section])
-        found[before] = np.concatenate([found[before], section[:, TURNED]])
+        closed[after] = np.concatenate([closed[after], section])
+        closed[before] = np.concatenate([closed[before], section[:, TURNED]])
         triangles.append(section)
     nodes[np.unique(axis), :2] = 0.0
     # Of half a body, wedges on the other side are empty.
-    found = {name: own for name, own in found.items() if len(own)}
-    return found, nodes, Inside(np.concatenate(triangles), axis)
+    closed = {name: own for name, own in closed.items() if len(own)}
+    return closed, nodes, Inside(np.concatenate(triangles), axis)
 
 
 def following(

@@ -50,15 +50,15 @@ def build_objectives(problem: Problem, aimed: bool = False) -> dict[str, Objecti
     """
     chambers = tuple(chamber.name for chamber in problem.body.chamber)
     obstacles = tuple(obstacle.name for obstacle in problem.obstacle)
-    found = {}
+    objectives = {}
     for number, task in enumerate(problem.task):
         if aimed and not task.objective.aimed:
             continue
         scope = Scope(f"task[{number}].objective", problem.body.length, chambers, obstacles)
         shift = [pose_of(task.poses.get(name, ())) for name in obstacles]
         built = KINDS[type(task.objective)].build(task.objective, scope)
-        found[task.name] = replace(built, shift=np.array(shift).reshape(-1, 6))
-    return found
+        objectives[task.name] = replace(built, shift=np.array(shift).reshape(-1, 6))
+    return objectives
 
 
 def target_of(asked: tables.ObjectiveSpec, length: float, motion: np.ndarray | None = None) -> Target | None:

@@ -53,11 +53,11 @@ def shape_of(asked: Asked) -> tuple[str, str] | None:
         returned.append(function(f))
         return jnp.zeros(()) if returned[-1] is None else jnp.asarray(returned[-1])
 
-    found = jax.eval_shape(measure, _zeros(asked))
+    result = jax.eval_shape(measure, _zeros(asked))
     if returned[-1] is None:
         return "function", f"{asked.function} returns nothing; make it return one real number"
-    if found.shape != () or not jnp.issubdtype(found.dtype, jnp.floating):
-        kind = f"an array of shape {found.shape} and type {found.dtype}"
+    if result.shape != () or not jnp.issubdtype(result.dtype, jnp.floating):
+        kind = f"an array of shape {result.shape} and type {result.dtype}"
         return "function", f"{asked.function} returns {kind}; make it return one real number"
     return None
 

@@ -68,10 +68,10 @@ def fault_of(asked: Asked) -> Fault | None:
         except subprocess.TimeoutExpired:
             return _too_long()
         try:
-            found = json.loads((folder / FOUND).read_text(encoding="utf-8"))
+            answer = json.loads((folder / FOUND).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return _ended(status)
-    return None if found is None else Fault(*found)
+    return None if answer is None else Fault(*answer)
 
 
 def _too_long() -> Fault:
@@ -99,12 +99,12 @@ def main(shape_of: Callable[[Asked], tuple[str, str] | None]) -> None:
     sys.path[:] = given.pop("path")
     asked = Asked(**given)
     _limit()
-    found = None
+    answer = None
     try:
-        found = shape_of(asked)
+        answer = shape_of(asked)
     except BaseException as error:
-        found = "code", words_of(error)
-    text = json.dumps(found)
+        answer = "code", words_of(error)
+    text = json.dumps(answer)
     (folder / "part").write_text(text, encoding="utf-8")
     (folder / "part").rename(folder / FOUND)
     # What the code may have left behind, such as threads, is not waited for.

@@ -226,8 +226,8 @@ def element_faces(mesh: TetMesh, triangles: np.ndarray) -> tuple[np.ndarray, np.
     order = np.argsort(of_elements)
     wanted = keys(triangles[:, :3])
     place = np.searchsorted(of_elements, wanted, sorter=order).clip(max=len(order) - 1)
-    found = order[place][of_elements[order[place]] == wanted]
-    return found // 4, found % 4
+    owner = order[place][of_elements[order[place]] == wanted]
+    return owner // 4, owner % 4
 
 
 def _rows(numbers: np.ndarray) -> Iterator[str]:

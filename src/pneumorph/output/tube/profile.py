@@ -31,8 +31,8 @@ def radius_along_z(tube: TubeSurface, density: int = 8) -> tuple[np.ndarray, np.
     heights = np.linspace(points[..., 2].min(), points[..., 2].max(), HEIGHTS)
     at_heights = _outermost(heights, points[..., 2], radius)
     bounded = np.ma.masked_invalid(at_heights)
-    found = np.ma.stack([bounded.min(axis=0), np.ma.masked_invalid(at_heights.mean(axis=0)), bounded.max(axis=0)])
-    return heights, found.filled(np.nan)
+    bands = np.ma.stack([bounded.min(axis=0), np.ma.masked_invalid(at_heights.mean(axis=0)), bounded.max(axis=0)])
+    return heights, bands.filled(np.nan)
 
 
 def _outermost(heights: np.ndarray, z: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -40,7 +40,7 @@ def _outermost(heights: np.ndarray, z: np.ndarray, radius: np.ndarray) -> np.nda
 
     NaN where a polygon does not cross the height.
     """
-    found = np.full((z.shape[1], len(heights)), -np.inf)
+    outermost = np.full((z.shape[1], len(heights)), -np.inf)
     every = np.arange(z.shape[1])
     for z0, z1, radius0, radius1 in zip(z[:-1], z[1:], radius[:-1], radius[1:], strict=True):
         # Pieces are short, so that each crosses few heights: the first, the second, …, of every polygon at once.
@@ -51,8 +51,8 @@ def _outermost(heights: np.ndarray, z: np.ndarray, radius: np.ndarray) -> np.nda
             chosen = every[first + number < end]
             at = first[chosen] + number
             value = radius0[chosen] + slope[chosen] * (heights[at] - z0[chosen])
-            found[chosen, at] = np.maximum(found[chosen, at], value)
-    return np.where(np.isfinite(found), found, np.nan)
+            outermost[chosen, at] = np.maximum(outermost[chosen, at], value)
+    return np.where(np.isfinite(outermost), outermost, np.nan)
 
 
 def profile_figure(start: Body, final: Body, envelope: float | None, words: tuple[str, str]) -> Figure:
@@ -93,14 +93,14 @@ def profile_figure(start: Body, final: Body, envelope: float | None, words: tupl
 
 def _handles(body: Body, envelope: float | None) -> list[Line2D | Patch]:
     """A line for every surface, one for what the bands are, and one for the envelope."""
-    found: list[Line2D | Patch] = [
+    handles: list[Line2D | Patch] = [
         Line2D([], [], color=COLOURS[k % len(COLOURS)], linewidth=1.2, label=_word(tube))
         for k, tube in enumerate(body.surfaces)
     ]
-    found.append(Patch(color="#777777", alpha=0.3, linewidth=0, label="least to largest"))
+    handles.append(Patch(color="#777777", alpha=0.3, linewidth=0, label="least to largest"))
     if envelope is not None:
-        found.append(Line2D([], [], color="#777777", linewidth=0.8, linestyle=":", label="envelope"))
-    return found
+        handles.append(Line2D([], [], color="#777777", linewidth=0.8, linestyle=":", label="envelope"))
+    return handles
 
 
 def _word(tube: TubeSurface) -> str:

@@ -118,10 +118,10 @@ def candidates(centres, radii, others, other_radii, reach, same):
     same : bool
         Whether both sides are one surface, of which each pair is taken once.
     """
-    count, found, away = 0, np.empty((0, 2), dtype=np.int64), np.empty(0)
+    count, pairs, away = 0, np.empty((0, 2), dtype=np.int64), np.empty(0)
     for fill in range(2):
         if fill:
-            found, away = np.empty((count, 2), dtype=np.int64), np.empty(count)
+            pairs, away = np.empty((count, 2), dtype=np.int64), np.empty(count)
             count = 0
         for i in range(len(centres)):
             for j in range(i if same else 0, len(others)):
@@ -131,10 +131,10 @@ def candidates(centres, radii, others, other_radii, reach, same):
                 room = reach + radii[i] + other_radii[j]
                 if square < room * room:
                     if fill:
-                        found[count, 0], found[count, 1] = i, j
+                        pairs[count, 0], pairs[count, 1] = i, j
                         away[count] = np.sqrt(square) - radii[i] - other_radii[j]
                     count += 1
-    return found, away
+    return pairs, away
 
 
 def least_distances(

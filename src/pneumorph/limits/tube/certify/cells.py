@@ -150,9 +150,9 @@ def recentre(coefficients, centre, half, local):
 def derivative(coefficients: Floats, axis: int) -> Floats:
     """Coefficients of the derivative with respect to v (axis -2) or u (axis -1), in the same shape."""
     moved = np.moveaxis(coefficients, axis, -1)
-    found = np.zeros_like(moved)
-    found[..., :-1] = moved[..., 1:] * np.arange(1, 4)
-    return np.moveaxis(found, -1, axis)
+    derived = np.zeros_like(moved)
+    derived[..., :-1] = moved[..., 1:] * np.arange(1, 4)
+    return np.moveaxis(derived, -1, axis)
 
 
 def refine(
@@ -185,20 +185,20 @@ def refine(
     upper, attained, place = np.full((count, m), -np.inf), np.full((count, m), -np.inf), np.zeros((count, m, 2))
     cells, left = start, _MAX_CELLS * count
     for round in range(_ROUNDS + 1):
-        found = evaluate(cells)
-        _raise(cells, found, attained, place)
+        bounds = evaluate(cells)
+        _raise(cells, bounds, attained, place)
         enough = [
             np.maximum(accuracy.enough(attained[:, k].max(), known), accuracy.close(attained[:, k]))
             for k, (accuracy, known) in enumerate(zip(accuracies, worst, strict=True))
         ]
-        open_ = _above(cells.span, found.upper, np.stack(enough, axis=1))
+        open_ = _above(cells.span, bounds.upper, np.stack(enough, axis=1))
         left -= 4 * np.count_nonzero(open_)
         if round == _ROUNDS or left < 0:
             open_ = np.zeros(len(open_), dtype=bool)
-        _close(cells.span, found.upper, open_, upper)
+        _close(cells.span, bounds.upper, open_, upper)
         if not open_.any():
             break
-        cells = _halved(cells, found.vary, open_)
+        cells = _halved(cells, bounds.vary, open_)
     return upper, attained, place
 
 

@@ -150,8 +150,8 @@ def gaps(
     # In random order, so that all threads have similar work.
     pairs = np.random.default_rng(0).permutation(pairs)
     lower, attained, at = _bounded(pairs, first, second, neighbourhood, accuracy, known.attained, worst)
-    found = [known, _gaps_of(first, second, pairs, lower, attained, at)]
-    return Gaps(*(np.concatenate(part) for part in zip(*found, strict=True))), beyond
+    both = [known, _gaps_of(first, second, pairs, lower, attained, at)]
+    return Gaps(*(np.concatenate(part) for part in zip(*both, strict=True))), beyond
 
 
 def _asked(attained: Floats, accuracy: Accuracy, worst: float) -> float:
@@ -181,7 +181,7 @@ def _bounded(
         some = np.flatnonzero(lower < np.minimum(sufficient, -accuracy.close(-nearest)))
         if not len(some) or attained.min() < _BROKEN * bound:
             break
-        found, near, where = least_distances(
+        least, near, where = least_distances(
             pairs[some],
             _sides(first, second),
             neighbourhood,
@@ -189,7 +189,7 @@ def _bounded(
             (accuracy.gap, accuracy.decided, bound, -accuracy.needed),
             int(min(most, max(work / len(some), 4))),
         )
-        lower[some] = np.maximum(lower[some], found)
+        lower[some] = np.maximum(lower[some], least)
         closer = near < attained[some]
         attained[some[closer]], at[some[closer]] = near[closer], where[closer]
     return lower, attained, at

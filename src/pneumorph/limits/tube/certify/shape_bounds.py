@@ -112,14 +112,14 @@ def enclosed(
 
     def evaluate(cells: Cells) -> Bounds:
         n = len(cells.span)
-        found = Bounds(np.empty((n, 4)), np.empty((n, 4)), np.zeros((n, 4, 2)), np.zeros((n, 2)))
+        bounds = Bounds(np.empty((n, 4)), np.empty((n, 4)), np.zeros((n, 4, 2)), np.zeros((n, 2)))
 
         def work(some: slice) -> None:
-            into = tuple(part[some] for part in found)
+            into = tuple(part[some] for part in bounds)
             _enclose(parts, made.scale, broken, aspect, form == "per_mm", tuple(cells.select(some)), into)
 
         each(work, [slice(first, first + _SHARE) for first in range(0, n, _SHARE)])
-        return found
+        return bounds
 
     upper, attained, place = refine(evaluate, whole(len(spans.x)).select(spans.own), accuracies, worst, len(spans.x))
     return [span_bounds(spans, upper[:, k], attained[:, k], place[:, k]) for k in range(4)]

@@ -45,13 +45,13 @@ def _nearest(px, py, pz, fields, sample, across, ahead, behind):
         step_a, step_b = (bb * slope_a - ab * slope_b) / determinant, (aa * slope_b - ab * slope_a) / determinant
         a = min(max(a - step_a, -ROOM * across), ROOM * across)
         b = min(max(b - step_b, -ROOM * behind), ROOM * ahead)
-    found, at_sample = 0.0, 0.0
+    squared, at_sample = 0.0, 0.0
     for c in range(3):
-        found += (_place(fields, sample, a, b, c) - point[c]) ** 2
+        squared += (_place(fields, sample, a, b, c) - point[c]) ** 2
         at_sample += (x[sample, c] - point[c]) ** 2
-    if not found < at_sample:
+    if not squared < at_sample:
         return np.sqrt(at_sample), 0.0, 0.0
-    return np.sqrt(found), a, b
+    return np.sqrt(squared), a, b
 
 
 @numba.njit(cache=True, nogil=True)

@@ -149,8 +149,8 @@ def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
         fields = tuple(jnp.matmul(along[of], grid.values_q[order].T) for of, order in orders)
         return pointwise(fields, shrink, slope, grid.size[1] / grid.size[0], form)
 
-    found = jax.lax.map(block, (along, jnp.asarray(parts.shrink[padded]), jnp.asarray(parts.slope[padded])))
-    return Measures(*(part.reshape(blocks * height, -1)[: len(rows)] for part in found))
+    blocked = jax.lax.map(block, (along, jnp.asarray(parts.shrink[padded]), jnp.asarray(parts.slope[padded])))
+    return Measures(*(part.reshape(blocks * height, -1)[: len(rows)] for part in blocked))
 
 
 @partial(jax.jit, static_argnames="form")

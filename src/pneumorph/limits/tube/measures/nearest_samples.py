@@ -114,7 +114,7 @@ def _search(points, ways, samples, sorted_, reach, weight, distance, near):
         for c in range(3):
             low[c] = max(int(np.floor((points[k, c] - reach - corner[c]) / side)), 0)
             high[c] = min(int(np.floor((points[k, c] + reach - corner[c]) / side)), size[c] - 1)
-        best, found = reach * reach, -1
+        best, nearest = reach * reach, -1
         for i in range(low[0], high[0] + 1):
             ahead = _outside(points[k, 0], corner[0] + i * side, corner[0] + (i + 1) * side)
             for j in range(low[1], high[1] + 1):
@@ -135,10 +135,10 @@ def _search(points, ways, samples, sorted_, reach, weight, distance, near):
                         if weight and away < best:
                             for c in range(3):
                                 away += (ways[k, c] - normals[place, c]) ** 2
-                        if away < best or (away == best and found > order[place]):
-                            best, found = away, order[place]
-        if found >= 0:
-            distance[k], near[k] = np.sqrt(best), found
+                        if away < best or (away == best and nearest > order[place]):
+                            best, nearest = away, order[place]
+        if nearest >= 0:
+            distance[k], near[k] = np.sqrt(best), nearest
 
 
 @numba.njit(cache=True, nogil=True)

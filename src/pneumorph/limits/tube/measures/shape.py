@@ -45,15 +45,15 @@ def _tube(surface: TubeSurface, form: Form) -> _Tube:
 
 def measured_samples(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
     """All measures (4, rows, columns) on the samples."""
-    tube, found = _tube(surface, form), np.empty((4, *samples.shape))
+    tube, measured = _tube(surface, form), np.empty((4, *samples.shape))
     parts = samples.frame
 
     def work(some: slice) -> None:
         by_r = samples.support_r[some], samples.local_frame[:, :, some], parts.shrink[some, 0], parts.slope[some, 0]
-        _measure_rows(tube, *by_r, samples.support_q, samples.local_q, found[:, some])
+        _measure_rows(tube, *by_r, samples.support_q, samples.local_q, measured[:, some])
 
     each(work, [slice(first, first + _ROWS) for first in range(0, len(samples.r), _ROWS)])
-    return found
+    return measured
 
 
 def measured(surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form: Form) -> Floats:
