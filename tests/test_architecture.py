@@ -10,6 +10,7 @@ import pneumorph
 
 PACKAGES = [
     "units",
+    "doing",
     "interrupts",
     "processes",
     "atomic",

@@ -6,7 +6,7 @@ import io
 import os
 import sys
 
-from pneumorph import compiling, interrupts
+from pneumorph import compiling, doing, interrupts
 
 
 def main() -> None:
@@ -16,6 +16,7 @@ def main() -> None:
     # than the product takes: a fifth of the processor time of `check`, for matrices that are too small to gain by it.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     compiling.announce(_compiling)
+    doing.announce(_say)
     from pneumorph.cli import app
 
     # Where the output knows no "≤" or "²", they are written out and nothing is lost.
@@ -42,8 +43,13 @@ def main() -> None:
 
 
 def _compiling() -> None:
+    _say("compiling (once)")
+    doing.said()
+
+
+def _say(sentence: str) -> None:
     with contextlib.suppress(OSError):
-        print("compiling (once)", file=sys.stderr, flush=True)
+        print(sentence, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

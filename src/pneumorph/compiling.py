@@ -6,10 +6,12 @@ program and the workers of a study say nothing.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
 _say: Callable[[], object] | None = None
+_lock = threading.Lock()
 
 
 def announce(say: Callable[[], object] | None) -> None:
@@ -46,6 +48,8 @@ def _heard(event: str, **_: Any) -> None:
 
 def _tell() -> None:
     global _say
-    say, _say = _say, None
+    # Several threads may compile at once.
+    with _lock:
+        say, _say = _say, None
     if say is not None:
         say()

@@ -59,6 +59,13 @@ class ComputationError(PneumorphError):
     """The input is valid but the computation failed (exit status 1)."""
 
 
+class Hopeless(ComputationError):
+    """The keys of a problem are valid, but nothing can come of them together (exit status 2).
+
+    Its start has no state, or no body near it satisfies the limits.
+    """
+
+
 class NotWritten(ComputationError):
     """Results could not be written: the disk is full, or the directory cannot be written to."""
 

@@ -6,7 +6,7 @@ or crash. So the command lets no signal raise anything: a thread receives them. 
 Ctrl-C, the process ends at once.
 
 Nothing here has an effect unless the command has called `install`: in a Python program, signals do what they always do.
-Nothing but the standard library is imported, since this comes first.
+Nothing that takes time is imported, since this comes first.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+from pneumorph import doing
 
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
@@ -96,12 +98,16 @@ def deferred() -> Iterator[None]:
 
 
 def stop_if_asked() -> None:
-    """Raise Interrupted if a signal has come; cheap, to be called several times a second where much is computed."""
+    """Raise Interrupted if a signal has come; cheap, to be called several times a second where much is computed.
+
+    There it is also said what is computed, see `doing`.
+    """
     if _ending:
         # What is cleaned up, such as a program that is waited for, must not let this one go on.
         threading.Event().wait()
     if _noted:
         raise Interrupted(_noted)
+    doing.beat()
 
 
 def leave(status: object) -> None:

@@ -22,7 +22,8 @@ def test_it_is_said_when_something_is_compiled_and_not_again(tiny, tmp_path):
         return subprocess.run(command, env=env, capture_output=True, text=True, check=True)
 
     first, again = simulated("one"), simulated("one")
-    assert (first.stderr, again.stderr) == (SAID, "")
+    # On a slow machine it is also said what is done.
+    assert first.stderr.count(SAID) == 1 and SAID not in again.stderr
     assert SAID not in first.stdout and len(json.loads(steps.read_text())["steps"]) == 1
     (tmp_path / "file").touch()
     assert simulated("file/other", "--quiet").stderr == "", "a folder that cannot be made is none"
@@ -30,9 +31,9 @@ def test_it_is_said_when_something_is_compiled_and_not_again(tiny, tmp_path):
     for number, kernel in enumerate(kernels):
         # As after a crash, a full disk and a faulty one.
         kernel.write_bytes((b"", kernel.read_bytes()[:99], b"garbage" * 99)[number % 3])
-    assert simulated("one").stderr == SAID
+    assert simulated("one").stderr.count(SAID) == 1
     assert len(kernels) > 3 and min(kernel.stat().st_size for kernel in kernels) > 0
-    assert simulated("one").stderr == "", "they are kept again"
+    assert SAID not in simulated("one").stderr, "they are kept again"
 
 
 def test_help_compiles_nothing():

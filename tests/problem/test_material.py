@@ -13,6 +13,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.homogeneous import nominal_stress
 from pneumorph.problem import loads
+from pneumorph.problem.doubts import doubts
 from pneumorph.problem.material import Material, library
 from pneumorph.problem.schema import json_schema
 
@@ -90,7 +91,14 @@ def test_the_schema_knows_them(text):
         ('youngs_modulus = "0.3 MPa"', "material.poisson", "incompressible"),
         ('youngs_modulus = "0.3 MPa"\npoisson = 0.7', "material.poisson", "0.7"),
         ('youngs_modulus = "1 MPa"\nshear_modulus = "1 MPa"', "material.youngs_modulus", "shear_modulus"),
-        ('youngs_modulus = "0.3 MPa"\npoisson = 0.1', "material.bulk_modulus", "compressible = true"),
+        ('youngs_modulus = "0.3 MPa"\npoisson = 0.1', "material.poisson", "compressible = true"),
+        ('youngs_modulus = "0.3 MPa"\npoisson_ratio = 0.1', "material.poisson_ratio", "compressible = true"),
+        ('youngs_modulus = 0.3\npoisson = 0.49', "material.youngs_modulus", "unit"),
+        ('youngs_modulus = "-1 MPa"\npoisson = 0.49', "material.youngs_modulus", "above zero"),
+        ('youngs_modulus = "300 GPa"\npoisson = 0.49', "material.youngs_modulus", "unit"),
+        ('youngs_modulus = "0.1 Pa"\npoisson = 0.49', "material.youngs_modulus", "unit"),
+        ('shear_modulus = "100 GPa"\nbulk_modulus = "200 TPa"', "material.shear_modulus", "unit"),
+        ('shore = "D 30"', "material.shore", "hard plastics"),
         ('shore = "00 30"', "material.shore", "library"),
         ('shore = "A 130"', "material.shore", "A 90"),
         ('shore = 30', "material.shore", "A 30"),
@@ -104,6 +112,14 @@ def test_hints_never_make_wrong_physics(keys, key, said):
     with pytest.raises(ProblemError) as caught:
         loads(problem_text(EXTEND, material=f"{keys}\n{STATED}"))
     assert any(line.startswith(f"{key}: ") and said in line for line in caught.value.faults), caught.value.faults
+
+
+def test_a_modulus_of_hard_plastic_is_doubted():
+    def doubted(young):
+        material = f'youngs_modulus = "{young}"\npoisson = 0.49\n{STATED}'
+        return list(doubts(loads(problem_text(EXTEND, material=material))))
+
+    assert doubted("2 MPa") == [] and len(doubted("150 MPa")) == 1
 
 
 def test_a_foam_is_confirmed():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pneumorph.doing import doing
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube import build_covers, build_levels, build_linings, build_wedges
 from pneumorph.mesh import Mesher, Morph
@@ -60,4 +61,5 @@ def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None)
     MeshError
         If the body cannot be meshed.
     """
-    return mesher_of(problem, part, size).mesh(body)
+    with doing("meshing"):
+        return mesher_of(problem, part, size).mesh(body)

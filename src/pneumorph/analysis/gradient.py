@@ -222,5 +222,5 @@ def _analysed(
     starts = None if near is None else {task: equilibrium.state for task, equilibrium in near.equilibria.items()}
     analysis = analyse(problem, space, disc, phi, starts, tolerance=TOLERANCE, explain=near is None)
     if isinstance(analysis, NoEquilibrium):
-        raise ComputationError(f"the design cannot be analysed: {analysis.reason}")
+        raise Hopeless(f"the design cannot be analysed: {analysis.reason}")
     return analysis

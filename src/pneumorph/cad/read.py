@@ -13,6 +13,7 @@ from pneumorph.cad.netgen_process import call
 from pneumorph.cad.shells import shells_of
 from pneumorph.cad.stl import Surface
 from pneumorph.cad.triangles import READERS, remeshed, surface_in, with_middles
+from pneumorph.doing import doing
 from pneumorph.errors import MeshError
 from pneumorph.processes import temporary_folder
 
@@ -43,7 +44,8 @@ def read_faces(data: bytes, form: Format, scale: float = 1.0, size: float = 0.0)
     ComputationError
         If they cannot be read or meshed; a sentence whose subject is the file.
     """
-    return _read(data, form, scale, size)
+    with doing("reading the body's file"):
+        return _read(data, form, scale, size)
 
 
 @lru_cache(maxsize=4)

@@ -10,7 +10,7 @@ import typer
 import pneumorph as package
 from pneumorph.cli import commands
 from pneumorph.cli.help import WholeSentences
-from pneumorph.errors import ComputationError, ProblemError, Renamed
+from pneumorph.errors import ComputationError, Hopeless, ProblemError, Renamed
 from pneumorph.interrupts import Interrupted
 
 MOST_FAULTS = 10
@@ -33,7 +33,7 @@ class Commands(WholeSentences):
             raise typer.Exit(2) from None
         except ComputationError as error:
             _report(error)
-            raise typer.Exit(1) from None
+            raise typer.Exit(2 if isinstance(error, Hopeless) else 1) from None
         except Interrupted as stop:
             # With SIGHUP, the terminal is gone.
             with contextlib.suppress(OSError):

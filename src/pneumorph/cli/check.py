@@ -12,6 +12,7 @@ from rich.text import Text
 from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
 from pneumorph.cli.solid import found_in
 from pneumorph.cli.trust import asking
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, printable
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
@@ -22,6 +23,7 @@ from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, part_note, warnings_of
 from pneumorph.problem import Problem, Reinforcement, load, reinforcements
 from pneumorph.problem.columns import adjusted_columns
+from pneumorph.problem.doubts import doubts
 from pneumorph.problem.reinforcement import data_of
 
 BEGINS = "it is at its bound, and a design run begins just within it"
@@ -52,6 +54,8 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     if asked.solid is None:
         for sentence in adjusted_columns(asked.tubes):
             say(f"symmetry  {sentence}")
+    for sentence in doubts(asked):
+        say(f"warning   {sentence}", "red")
     found = collect_task_results(at.disc, at.analysis)
     for task in asked.task:
         motion = task.objective.achieved(found[task.name])
@@ -59,7 +63,9 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         for sentence in warnings_of(rubbers_of(asked), found[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
     violated = 0
-    for reading in design.limits:
+    with doing("measuring the limits"):
+        readings = design.limits
+    for reading in readings:
         # The certified bound holds for all points; the attained value is that of the worst sample.
         attained = without_rounding(reading.attained)
         at_bound = not reading.satisfied() and reading.touched()
@@ -85,7 +91,8 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     if quick:
         say("The problem is sound; its gradient was not tested.")
         return
-    tested = run_gradient_check(at)
+    with doing("testing the gradient"):
+        tested = run_gradient_check(at)
     if tested.elements < at.disc.model.elements:
         say(f"gradient  tested on a coarser mesh of {tested.elements} elements")
     for name in (*tested.tests, *tested.nothing):

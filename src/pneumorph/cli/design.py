@@ -8,12 +8,12 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from pneumorph import compiling
+from pneumorph import compiling, doing
 from pneumorph.cli.outcome import outcome
 from pneumorph.cli.screen import Screen
 from pneumorph.cli.trust import asking
 from pneumorph.cli.verdict import all_reached
-from pneumorph.errors import ComputationError, NotWritten, ProblemError
+from pneumorph.errors import ComputationError, Hopeless, NotWritten, ProblemError
 from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import rubbers_of
@@ -21,6 +21,7 @@ from pneumorph.output.format import warnings_of
 from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
 from pneumorph.problem.columns import adjusted_columns
+from pneumorph.problem.doubts import doubts
 from pneumorph.results.targets import targets_reached
 
 MISSED = 3
@@ -62,6 +63,7 @@ def design(
         raise ProblemError("--quiet: is the opposite of --verbose; leave one of them out")
     if quiet:
         compiling.announce(None)
+        doing.announce(None)
     asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})
@@ -76,10 +78,14 @@ def design(
                 screen.say(f"resuming after design {run.latest} in {run.path}")
             for sentence in () if asked.solid else adjusted_columns(asked.tubes):
                 screen.say(sentence)
+            for sentence in doubts(asked):
+                screen.say(sentence)
             try:
                 run.complete(screen.show)
             except NotWritten as error:
                 raise ComputationError(f"{error}; then resume with: {command}") from None
+            except Hopeless:
+                raise
             except ComputationError as error:
                 _conclude(run, screen, console)
                 raise ComputationError(f"{error}; {_saved(run, command)}") from None

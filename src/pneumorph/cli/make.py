@@ -12,6 +12,7 @@ from rich.table import Table
 from pneumorph import units
 from pneumorph.atomic import make_folder
 from pneumorph.cli.trust import asking
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import open_run
 
@@ -46,7 +47,8 @@ def make(run: Path, design: int | None, out: Path | None, chord: str, trust: boo
     try:
         if out is None:
             make_folder(folder)
-        made = chosen.make(folder, allowed)
+        with doing("making the files"):
+            made = chosen.make(folder, allowed)
     except ModuleNotFoundError as error:
         raise ProblemError(str(error)) from None
     except OSError as error:

@@ -11,6 +11,7 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
+from pneumorph import doing
 from pneumorph.cli.columns import columns_of, heading, row
 from pneumorph.optimize import (
     BroughtWithin,
@@ -51,6 +52,8 @@ class Screen:
 
     def __enter__(self) -> Screen:
         if self._console.is_terminal and not self._quiet:
+            # The status line says what is done.
+            doing.announce(None)
             self._live.start()
         return self
 
@@ -63,7 +66,8 @@ class Screen:
         for _ in range(3):
             table.add_column(no_wrap=True)
         elapsed = format_duration(time.perf_counter() - self._began)
-        table.add_row(self._spinner, Text(elapsed, style="dim"), self._status)
+        now = f" · {words}" if (words := doing.words()) else ""
+        table.add_row(self._spinner, Text(elapsed, style="dim"), self._status + Text(now, style="dim"))
         return table
 
     def show(self, event: Event) -> None:
@@ -139,3 +143,4 @@ class Screen:
             return
         # Rows are never wrapped, so that they keep their columns on narrow terminals and in files.
         self._console.print(text, soft_wrap=True)
+        doing.said()

@@ -17,6 +17,7 @@ from pneumorph import atomic, compiling
 from pneumorph.analysis import Curve
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
+from pneumorph.doing import announce, doing, said
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
@@ -77,6 +78,7 @@ def simulate(
     began = time.perf_counter()
     if quiet:
         compiling.announce(None)
+        announce(None)
     design = design_of(source, number, asking(trust))
     given = _given("--pressure", pressures, PRESSURES)
     moved = _given("--move", moves, MOVES)
@@ -96,9 +98,10 @@ def simulate(
     curves: list[Curve] = []
     stop: Interrupted | None = None
     try:
-        with deferred(), _progress(console, simulation.count) as progress:
+        with deferred(), doing("simulating"), _progress(console, simulation.count) as progress:
             for step in simulation.run(curves):
                 console.print(_row(step, tasks[step.task]), soft_wrap=True)
+                said()
                 progress.advance(progress.task_ids[0])
     except Interrupted as error:
         stop = error

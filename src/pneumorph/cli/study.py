@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from pneumorph import compiling
+from pneumorph import compiling, doing
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.interrupts import Interrupted, deferred
@@ -62,6 +62,7 @@ def study(
     """
     if quiet:
         compiling.announce(None)
+        doing.announce(None)
     asked = load_study(source, asking(trust))
     folder = out or Path("runs") / source.stem
     members = {member.name: member for member in asked.members}

@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph import atomic
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.verify import Case, Unavailable, Verdict, calculix, cases
 
@@ -46,7 +47,8 @@ def verify(only: list[str], write: Path | None) -> None:
         task = progress.add_task("", total=len(chosen))
         for case in chosen:
             progress.update(task, description=case.name)
-            outcomes[case.name] = list(_outcomes(case))
+            with doing(case.name):
+                outcomes[case.name] = list(_outcomes(case))
             progress.advance(task)
     console.print(_table(outcomes))
     if write is not None:

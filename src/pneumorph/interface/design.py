@@ -28,7 +28,7 @@ from pneumorph.analysis import (
     discretise,
     prepare_simulation,
 )
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import Hopeless, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.sweep import Sweep
@@ -393,7 +393,7 @@ class Design:
         disc = discretise(problem, self.body)
         analysis = analyse(problem, space, disc, space.start, explain=True)
         if isinstance(analysis, NoEquilibrium):
-            raise ComputationError(f"the design cannot be analysed: {analysis.reason}")
+            raise Hopeless(f"the design cannot be analysed: {analysis.reason}")
         return disc, analysis
 
 

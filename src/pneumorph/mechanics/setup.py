@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import root_scalar
 
-from pneumorph.errors import ComputationError
+from pneumorph.errors import Hopeless
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Free, gaps, resting
@@ -145,7 +145,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
 
     Raises
     ------
-    ComputationError
+    Hopeless
         If an obstacle touches the body at rest.
     """
     if problem.contact is None and not problem.obstacle:
@@ -164,7 +164,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
     for name, obstacle in obstacles.items():
         guarded = {name: guards[name]} if name in guards else {}
         if not Contact(surface, {name: obstacle}, guarded, None).apart(mesh.points, STILL[None]):
-            raise ComputationError(f'obstacle "{name}" touches the body at rest; move it away')
+            raise Hopeless(f'obstacle "{name}" touches the body at rest; move it away')
     itself = None
     if own:
         image = unfold(mesh) if mesh.part else None
@@ -178,7 +178,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
         plane = list(obstacles)[under]
         alone = {each: obstacles[each] for each in (name, plane)}
         if np.any(gaps(alone, {name: free[name]}, Contact(surface, alone, {}, None).views(np.zeros((2, 6)))) <= 0.0):
-            raise ComputationError(f'obstacle "{name}" is in "{plane}" at rest; move it away')
+            raise Hopeless(f'obstacle "{name}" is in "{plane}" at rest; move it away')
     return contact
 
 

@@ -6,7 +6,15 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
+from pneumorph.doing import doing
+
+PHASES = {
+    "geometry": "meshing",
+    "equilibrium": "finding equilibria",
+    "gradient": "finding the gradient",
+    "subproblem": "finding a step within the limits",
+}
+"""With what is done in each, in words."""
 
 
 class Clock:
@@ -21,7 +29,8 @@ class Clock:
         """Count the time inside as part of a phase."""
         began = time.perf_counter()
         try:
-            yield
+            with doing(PHASES[name]):
+                yield
         finally:
             self._spent[name] += time.perf_counter() - began
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis import check_stability, collect_fields, compute_inflation, compute_sag, motion_rates
+from pneumorph.doing import doing
 from pneumorph.optimize.acceptance import ACCEPTANCE_TESTS, PROPOSAL_TESTS, Attempt, Ended, Tried, first_objection
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
@@ -129,8 +130,12 @@ def _started(setup: Setup, current: Iterate) -> Started:
 
 def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
     """The end of the run, with what is reported of the last design: its stability, how it sags and inflates."""
-    is_stable = check_stability(last.disc, last.analysis)
-    sag, inflation = compute_sag(setup.problem, last.disc, last.analysis), compute_inflation(last.disc, last.analysis)
-    fields = collect_fields(last.disc, last.analysis, sag, inflation)
-    rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
+    with doing("looking at the last design"):
+        is_stable = check_stability(last.disc, last.analysis)
+        sag, inflation = (
+            compute_sag(setup.problem, last.disc, last.analysis),
+            compute_inflation(last.disc, last.analysis),
+        )
+        fields = collect_fields(last.disc, last.analysis, sag, inflation)
+        rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
     return Finished(last.number, why, last.feasible, is_stable, rates, fields)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, analyse, checkpoint
-from pneumorph.errors import ComputationError
+from pneumorph.errors import Hopeless, MeshError
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize.buckling import judge, unpack_at_rest
 from pneumorph.optimize.clock import Clock
@@ -25,19 +25,22 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
 
     Raises
     ------
-    ComputationError
-        If no design near it satisfies the limits, it has no equilibrium, or it does not touch what it is to press on.
+    Hopeless
+        If no design near it satisfies the limits, it cannot be meshed, it has no equilibrium, or it does not touch what it is to press on.
     """
     problem, space = setup.problem, setup.space
     with clock.phase("geometry"):
         feasible, moved = _within_limits(setup)
         if moved is not None:
             yield moved
-        disc = setup.discretise(space.body(feasible.phi), 0.0)
+        try:
+            disc = setup.discretise(space.body(feasible.phi), 0.0)
+        except MeshError as error:
+            raise Hopeless(str(error)) from None
     with clock.phase("equilibrium"):
         analysis = analyse(problem, space, disc, feasible.phi, explain=True)
     if isinstance(analysis, NoEquilibrium):
-        raise ComputationError(f"the starting design cannot be analysed: {analysis.reason}")
+        raise Hopeless(f"the starting design cannot be analysed: {analysis.reason}")
     _require_contact(problem, disc, analysis)
     with clock.phase("equilibrium"):
         lateral = judge(disc, analysis, {})
@@ -52,7 +55,7 @@ def _require_contact(problem: Problem, disc: Discretisation, analysis: Analysis)
             continue
         state = analysis.equilibria[task.name].state
         if float(disc.objectives[task.name].features(disc.model, analysis.X, state).contact[name].normal) == 0.0:
-            raise ComputationError(
+            raise Hopeless(
                 f'task {task.name}: the start does not touch obstacle "{name}"; move it nearer or raise the pressure'
             )
 
@@ -66,7 +69,7 @@ def _within_limits(setup: Setup) -> tuple[Within, BroughtWithin | None]:
     feasible = setup.within(asked)
     if not isinstance(feasible, Within):
         violated = "; ".join(map(str, feasible.violated()))
-        raise ComputationError(
+        raise Hopeless(
             f"the start violates limits that no design near it satisfies together: {violated}; relax one of them, or "
             "change the body"
         )

@@ -9,6 +9,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from pneumorph.atomic import make_folder
+from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.objective.kinds import target_of
@@ -51,7 +52,7 @@ def run_pictures(run: RunDirectory) -> Pictures:
     history, paths = accepted(run), list[Path]()
     parts, missing = _bodies(folder, run, history)
     # Another process draws the bodies while this one draws the diagrams.
-    with Drawing([part.job for part in parts.values()]) as drawing:
+    with doing("drawing the pictures"), Drawing([part.job for part in parts.values()]) as drawing:
         for name, figure in _plots(run, history):
             # Its layout is the same in every format.
             figure.draw_without_rendering()

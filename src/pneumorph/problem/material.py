@@ -24,15 +24,12 @@ from pydantic_core import CoreSchema, InitErrorDetails
 
 from pneumorph import units
 from pneumorph.errors import short
-from pneumorph.problem.stiffness import INCOMPRESSIBLE, neo_hookean_table
+from pneumorph.problem.stiffness import FOAM, INCOMPRESSIBLE, neo_hookean_table, no_rubber
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
 AnyModulus = Annotated[float, Quantity(units.MODULUS)]
 Modulus = Annotated[float, Quantity(units.MODULUS, "positive")]
 Number = Annotated[float, Strict()]
-
-LEAST_RATIO = 3.0
-"""Bulk over shear modulus below which a rubber is to be confirmed: Poisson's ratio is then below 0.35, as of foams."""
 
 
 class RubberModel(Table):
@@ -65,8 +62,12 @@ class RubberModel(Table):
                 self.blamed_key,
                 f"makes the initial shear modulus {self.initial_shear_modulus:g} MPa; raise it above zero",
             )
+        if reason := no_rubber(3.0 * self.initial_shear_modulus):
+            raise InvalidKey(
+                self.blamed_key, f"makes the initial shear modulus {self.initial_shear_modulus:.3g} MPa, {reason}"
+            )
         ratio = self.bulk_modulus / self.initial_shear_modulus
-        if ratio < LEAST_RATIO and not self.compressible:
+        if ratio < FOAM and not self.compressible:
             raise InvalidKey(
                 "bulk_modulus",
                 f"{self.bulk_modulus:g} MPa is only {ratio:.2g} times the initial shear modulus, as of a foam; rubber "

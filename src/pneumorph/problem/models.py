@@ -62,6 +62,16 @@ class Spring(Table):
         return renamed(data, COMPONENT_OF)
 
 
+def _guided(names: Any) -> Any:
+    """The motions in a list; a table of motions with their amounts is what people try."""
+    if isinstance(names, dict | str):
+        raise ValueError(
+            'is a list of motions that a guide keeps at zero, e.g. hold = ["bending_y"]; for one that the tip is to '
+            'reach, give the objective { kind = "motion", bending_y = "30 deg" }'
+        )
+    return names
+
+
 class EndEffector(Table):
     """What the tip carries: a rigid plate with springs, a force (N) and a moment (N·mm), or nothing ("free").
 
@@ -76,7 +86,7 @@ class EndEffector(Table):
     """Dead force on the plate: x, y, z."""
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
     """Moment on the plate about x, y, z."""
-    hold: Annotated[tuple[Component, ...], Field(max_length=12)] = ()
+    hold: Annotated[tuple[Component, ...], Field(max_length=12), BeforeValidator(_guided)] = ()
     """Motions of the plate that a guide blocks."""
 
     @model_validator(mode="after")

@@ -12,6 +12,15 @@ from pneumorph.problem.table import InvalidKey, Quantity
 INCOMPRESSIBLE = 1000.0
 """Bulk over shear modulus of a rubber said to be incompressible: Poisson's ratio is 0.4995."""
 
+FOAM = 3.0
+"""Bulk over shear modulus below which a rubber is to be confirmed: Poisson's ratio is then below 0.35, as of foams."""
+
+HARD, HARDEST, SOFTEST = 50.0, 1000.0, 1e-5
+"""Young's moduli in MPa: above the first a rubber is doubted, and none is beyond the others.
+
+Polyurethane of Shore D 50 has 100 to 200 MPa, hard plastics have thousands; the softest gels have 1e-4 MPa.
+"""
+
 MEASURED = 0.43, 0.30, 0.50
 """Initial shear moduli over those of Gent's relation: their median, least and largest.
 
@@ -53,13 +62,38 @@ def neo_hookean_table(table: dict[Any, Any]) -> dict[Any, Any]:
         rest = {"name": f"Shore {_scale(table['shore'])}", "source": source} | rest
         ratio = _bulk_over_shear(table, "incompressible")
     else:
-        young = _MODULUS.read(table[key])
+        young = _read(key, table[key])
+        if reason := no_rubber(young):
+            raise InvalidKey(key, f"{young:.3g} MPa is {reason}")
         ratio = _bulk_over_shear(table, None)
+        if ratio < FOAM and not table.get("compressible"):
+            own = "poisson_ratio" if "poisson_ratio" in table else "poisson"
+            raise InvalidKey(
+                own,
+                f"{table[own]} is that of a foam; rubber hardly changes its volume: write {own} = "
+                '"incompressible" or, if it is a foam, add compressible = true',
+            )
         # E = 9 κ μ / (3 κ + μ).
         shear = young * (3.0 * ratio + 1.0) / (9.0 * ratio)
     if "bulk_modulus" in rest:
         raise InvalidKey("bulk_modulus", f"is given together with {key}, from which it follows; leave it out")
     return rest | {"shear_modulus": f"{shear:.6g} MPa", "bulk_modulus": f"{ratio * shear:.6g} MPa"}
+
+
+def no_rubber(young: float) -> str | None:
+    """Why no rubber has a Young's modulus in MPa, to follow "is "; None for what rubbers and gels may have."""
+    if young > HARDEST:
+        return f"that of a hard plastic or a metal; rubbers have 0.01 to {HARD:g} MPa, so check the number and its unit"
+    if young < SOFTEST:
+        return f"softer than any gel; rubbers have 0.01 to {HARD:g} MPa, so check the number and its unit"
+    return None
+
+
+def _read(key: str, given: Any) -> float:
+    try:
+        return _MODULUS.read(given)
+    except ValueError as error:
+        raise InvalidKey(key, str(error)) from None
 
 
 def _bulk_over_shear(table: dict[Any, Any], otherwise: str | None) -> float:
@@ -81,7 +115,13 @@ def _scale(shore: Any) -> str:
 def _of_hardness(shore: Any) -> tuple[float, str]:
     """Shear modulus in MPa of a hardness, and how it was found."""
     found = re.fullmatch(r"(?:SHORE )?(\S+?) ?(\d+(?:\.\d+)?)", _scale(shore)) if isinstance(shore, str) else None
-    if found and found[1] in ("00", "OO", "D", "0", "O"):
+    if found and found[1] == "D":
+        raise InvalidKey(
+            "shore",
+            "is a hardness on the scale D, of hard plastics, which no soft actuator is made of; give the hardness on "
+            'the scale A, e.g. shore = "A 30", or youngs_modulus and poisson',
+        )
+    if found and found[1] in ("00", "OO", "0", "O"):
         raise InvalidKey(
             "shore",
             f"{found[1]} is a scale without a relation to a modulus that soft silicones keep to; take a rubber of the "

@@ -15,6 +15,7 @@ from types import MappingProxyType
 import jax
 import numpy as np
 
+from pneumorph.doing import doing
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
@@ -327,10 +328,11 @@ def _raise(
             fraction, start = reached + free * (fraction - reached), between(state, start, free)
             part = part_way(begin, whole, fraction)
         start = without_meeting(part, state, start)
-        found = find_near(part, tangent, guess_after(at, state, part, start), tolerance)
-        if isinstance(found, str) and (step < smallest or (whole.model.contact is not None and not moving)):
-            # Near a limit load, and where surfaces come near, a prediction may lead farther away.
-            found = find_near(part, tangent, state, tolerance)
+        with doing(_where(part, fraction)):
+            found = find_near(part, tangent, guess_after(at, state, part, start), tolerance)
+            if isinstance(found, str) and (step < smallest or (whole.model.contact is not None and not moving)):
+                # Near a limit load, and where surfaces come near, a prediction may lead farther away.
+                found = find_near(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, min(step, fraction - reached) / 2
             if step < smallest / 2:

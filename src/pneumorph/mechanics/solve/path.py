@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pneumorph.doing import doing
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.metrics import Metrics, metrics_after
@@ -171,7 +172,8 @@ def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equ
 
     Where the path leads to a stable state at the full pressures after all, that state is returned.
     """
-    found = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=60.0)
+    with doing("following the path of equilibria to its limit pressure"):
+        found = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=60.0)
     if isinstance(found, NoEquilibrium):
         return failure
     last = found.points[-1]

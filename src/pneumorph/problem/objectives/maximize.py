@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator
 
-from pneumorph.problem.components import MOTION_OF
+from pneumorph.problem.components import MOTION_OF, MOTIONS
 from pneumorph.problem.objectives.table import ObjectiveTable
 from pneumorph.problem.objectives.words import Amount, Result, motion_amount
 from pneumorph.problem.table import Example
@@ -17,6 +17,10 @@ def _motion(name: Any) -> Any:
     if not isinstance(name, str):
         return name
     sign, component = (name[0], name[1:]) if name[:1] in ("+", "-") else ("", name)
+    if component in MOTIONS[:2]:
+        raise ValueError(
+            f'"{name}" has no largest value to look for; ask for an amount: {{ kind = "motion", {component} = "5 mm" }}'
+        )
     return sign + MOTION_OF.get(component, component)
 
 
