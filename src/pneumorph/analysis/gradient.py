@@ -17,7 +17,7 @@ from pneumorph.analysis.analyse import (
     mesh_of,
 )
 from pneumorph.analysis.slopes import design_gradient
-from pneumorph.errors import ComputationError, MeshError
+from pneumorph.errors import Hopeless, MeshError
 from pneumorph.geometry import Body, DesignSpace
 from pneumorph.geometry.starting import space_of
 from pneumorph.mechanics import TOLERANCE, NoEquilibrium, part_of

@@ -26,7 +26,8 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
     Raises
     ------
     Hopeless
-        If no design near it satisfies the limits, it cannot be meshed, it has no equilibrium, or it does not touch what it is to press on.
+        If no design near it satisfies the limits, it cannot be meshed, it has no equilibrium, or it does not touch
+        what it is to press on.
     """
     problem, space = setup.problem, setup.space
     with clock.phase("geometry"):
