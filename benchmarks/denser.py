@@ -19,7 +19,7 @@ DENSITIES, DESIGNS = {"13582 variables": 0.86, "28116 variables": 1.244}, 10
 
 def main(out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
-    problem = load(EXAMPLES / "linear.toml")
+    problem = load(EXAMPLES / "linear.toml").with_changes({"body.symmetry": False})
     optimizer = problem.optimizer.model_copy(update={"iterations": DESIGNS})
     for name, density in DENSITIES.items():
         run, body = out / name, problem.body.model_copy(update={"control_density": density})

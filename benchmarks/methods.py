@@ -10,9 +10,9 @@ from pathlib import Path
 from statistics import median
 
 from pneumorph.optimize import DesignAccepted, DesignRejected, design
-from pneumorph.problem import loads
+from pneumorph.problem import load
 
-EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
+EXAMPLE = Path(__file__).parents[1] / "examples" / "linear.toml"
 
 
 def main() -> None:
@@ -22,12 +22,9 @@ def main() -> None:
         f"{'evaluations':>11s} {'sub-problem s':>13s}"
     )
     for method in ("sqp", "dfp"):
-        text = EXAMPLE.replace('method = "sqp"', f'method = "{method}"').replace(
-            "iterations = 40", f"iterations = {designs}"
-        )
-        text = text.replace('size = "2 mm"', 'size = "3 mm"')
+        changes = {"optimizer.method": method, "optimizer.iterations": designs, "mesh.size": "3 mm"}
         seconds = []
-        for event in design(loads(text)):
+        for event in design(load(EXAMPLE).with_changes(changes)):
             if isinstance(event, DesignRejected):
                 print(f"{method:>7s} {event.iteration:6d} rejected: {event.reason}", flush=True)
             if isinstance(event, DesignAccepted) and 0 < event.iteration <= designs:

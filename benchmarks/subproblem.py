@@ -24,9 +24,9 @@ from pneumorph.optimize.smoothing import Smoothing, build_smoothing
 from pneumorph.optimize.states import no_states
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
-from pneumorph.problem import loads
+from pneumorph.problem import load
 
-EXAMPLE = (Path(__file__).parents[1] / "examples" / "linear.toml").read_text()
+EXAMPLE = Path(__file__).parents[1] / "examples" / "linear.toml"
 DENSITIES, RADIUS, BEFORE = (0.6, 0.85, 1.25), 0.4, 4
 
 
@@ -34,7 +34,7 @@ def main() -> None:
     densities = [float(word) for word in sys.argv[1:]] or DENSITIES
     print(f"{'variables':>9s} {'method':>6s} {'step':>7s} {'within':>7s} {'certificate':>11s} {'gain':>6s}   (s)")
     for density in densities:
-        problem = loads(EXAMPLE.replace('control_density = "0.6 /mm"', f'control_density = "{density} /mm"'))
+        problem = load(EXAMPLE).with_changes({"body.control_density": f"{density} /mm", "body.symmetry": False})
         body = starting_body(problem.tubes)
         space = build_design_space(problem, body)
         smooth, limits = build_smoothing(space), tube_limits(body, problem.limits)

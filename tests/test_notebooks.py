@@ -11,7 +11,7 @@ nbformat = pytest.importorskip("nbformat")
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 COARSE = 'size, designs = "6 mm", 1'
-DENSE = 'control_density = "0.6 /mm"'
+DENSE = 'control_density = "0.86 /mm"'
 
 
 def test_there_are_three():

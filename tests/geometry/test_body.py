@@ -9,7 +9,7 @@ from pneumorph.geometry.tube.surface import cap_points, enclosed_volume
 Q, R = np.linspace(0.0, 1.0, 181), np.linspace(0.0, 1.0, 211)
 
 
-def test_linear_example_has_the_stated_counts(spec):
+def test_a_tube_has_the_stated_counts(spec):
     exterior, chamber, _ = starting_body(spec()).surfaces
     assert exterior.net.shape == (51, 30, 3)
     assert chamber.net.shape == (47, 15, 3)

@@ -212,7 +212,7 @@ def test_the_profile_of_a_tube(body):
 
 def test_words(problem):
     motion = problem.task[0].objective.achieved(task_result(rotation=(0.0, -np.pi / 6, 0.0)))
-    assert str(motion) == "30.00°" and motion.word == "−bending about y"
+    assert str(motion) == "30.00°" and motion.word == "bending about −y"
     assert format_pressures({"A": 0.06}) == "60 kPa"
     assert format_pressures({"A": 0.06, "B": 0.0}) == "A 60, B 0 kPa"
     assert [format_duration(s) for s in (5.2, 185, 3720)] == ["5 s", "3:05 min", "1:02 h"]

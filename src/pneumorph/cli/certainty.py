@@ -8,7 +8,7 @@ import numpy as np
 
 from pneumorph.problem.components import MOTIONS
 from pneumorph.problem.objectives.table import ObjectiveTable
-from pneumorph.problem.objectives.words import MOTION_WORDS, motion_amount
+from pneumorph.problem.objectives.words import motion_amount, motion_word
 from pneumorph.results import MotionRates, TaskResult
 
 STIFFER = 0.01
@@ -27,9 +27,9 @@ def certainty(objective: ObjectiveTable, result: TaskResult, rates: MotionRates)
         if rates.by_modulus is not None:
             changed = STIFFER * size * rates.by_modulus[k]
             by.append(f"{changed:+.3g} {unit} with {100 * STIFFER:.0f} % stiffer rubber at this state")
-        yield f"{MOTION_WORDS[name]} changes by {', '.join(by)}"
+        yield f"{motion_word(name, sign)} changes by {', '.join(by)}"
     if objective.tip_motions:
         others = [motion_amount(name, 1.0, result) for name in MOTIONS if name not in objective.tip_motions]
-        large = [f"{other.word} {other}" for other in others if abs(other.value) >= LEAST[other.unit]]
+        large = [f"{other.word} of {other}" for other in others if abs(other.value) >= LEAST[other.unit]]
         if large:
             yield f"the tip also moves: {', '.join(large)}"

@@ -18,7 +18,7 @@ def verdict(problem: Problem, history: Sequence[HistoryEntry]) -> Text:
         task = problem.task[0]
         done = task.objective.achieved(history[-1].tasks[task.name])
         more = f", and {len(problem.task) - 1} more below" if len(problem.task) > 1 else ""
-        return Text(f"\nNo target was stated; {task.name}: {done.word} {done}{more}.", style="bold")
+        return Text(f"\nNo target was stated; {task.name}: {done.word} of {done}{more}.", style="bold")
     said = [_sentence(problem, name, each, history) for name, each in found.items()]
     return Text("\n" + " ".join(said), style="bold red" if Reached.NO in found.values() else "bold")
 

@@ -18,6 +18,15 @@ MOTION_WORDS: Mapping[str, str] = dict(
 )
 """Motions of the tip in words, along and about x, y, z."""
 
+OPPOSITE_WORDS: Mapping[str, str] = dict(
+    zip(
+        MOTIONS,
+        ("shift along −x", "shift along −y", "shortening", "bending about −x", "bending about −y", "twist clockwise"),
+        strict=True,
+    )
+)
+"""The same of their opposites."""
+
 UNITS = {"mm": ("mm", 1.0), "rad": ("°", 180.0 / np.pi), "N": ("N", 1.0), "mm2": ("mm²", 1.0)}
 """The unit in which users read a value, and its size in that, by the end of the value's name."""
 
@@ -71,9 +80,14 @@ class Result(Moved, Protocol):
     def contact_area(self) -> Mapping[str, float]: ...
 
 
+def motion_word(name: str, sign: float) -> str:
+    """The words for a motion of the tip, one of `MOTIONS`, or its opposite."""
+    return (OPPOSITE_WORDS if sign < 0 else MOTION_WORDS)[name]
+
+
 def motion_amount(name: str, sign: float, result: Moved) -> Amount:
     """A motion of the tip, one of `MOTIONS`, or its opposite."""
-    word, number = ("−" if sign < 0 else "") + MOTION_WORDS[name], MOTIONS.index(name)
+    word, number = motion_word(name, sign), MOTIONS.index(name)
     if number < 3:
         return Amount(sign * result.translation[number], "mm", word)
     return Amount(sign * float(np.degrees(result.rotation[number - 3])), "°", word)
