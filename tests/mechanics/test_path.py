@@ -13,6 +13,7 @@ from pneumorph.mechanics import (
     configure,
     diagnose,
     follow,
+    limit_ahead,
     neo_hookean_rubber,
     solve,
 )
@@ -76,6 +77,34 @@ def test_both_branches_of_a_ballooning_tube(balloon):
     assert pressures[-1] < 0.95 * top
     assert all(point.equilibrium.stable == early for point, early in zip(path.points, before, strict=True))
     assert all(np.isfinite(point.equilibrium.u).all() for point in path.points)
+
+
+def test_the_limit_point_ahead_is_estimated_from_below_by_two_back_solves(balloon):
+    built, at, path = balloon
+    (top,) = path.limits
+    solver, estimates = Tangent(built), []
+    for point in (each for each in path.points if 0.4 * top.load < each.load < top.load and each.equilibrium.stable):
+        here = configure(built, at.X, build_loads(built, point.pressures))
+        solver.factorise(here, point.equilibrium.state)
+        factorised, solved = solver.factorisations, solver.solves
+        true, estimate = top.load / point.load, limit_ahead(here, solver, point.equilibrium.state)
+        assert (solver.factorisations, solver.solves) == (factorised, solved + 2)
+        estimates.append((true - 1.0, estimate - 1.0))
+    assert len(estimates) >= 5
+    ratios = [estimate / true for true, estimate in estimates]
+    assert all(0.4 < ratio <= 1.0 for ratio in ratios)
+    assert ratios[-1] > 0.8
+
+
+def test_a_path_from_a_state_finds_the_same_limit_point(balloon):
+    built, at, path = balloon
+    (top,) = path.limits
+    near = next(point for point in path.points if point.load > 0.7 * top.load)
+    here = configure(built, at.X, build_loads(built, near.pressures))
+    found = follow(here, Tangent(built), first_limit=True, since=near.equilibrium)
+    assert isinstance(found, Path)
+    assert found.points[0].load == 1.0 and found.points[0].equilibrium is near.equilibrium
+    assert found.limits[0].pressures["A"] == pytest.approx(top.pressures["A"], rel=1e-5)
 
 
 def test_stored_energy_is_the_work_of_the_pressure_along_both_branches(balloon):

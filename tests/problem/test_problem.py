@@ -179,3 +179,28 @@ def test_the_old_name_of_the_method_is_read_with_a_sentence():
     text = (FOLDER / "linear.toml").read_text(encoding="utf-8").replace('"sqp"', '"lbfgs"')
     with pytest.warns(Renamed, match='"lbfgs" is now called "sqp"'):
         assert loads(text).optimizer.method == "sqp"
+
+
+def test_limits_on_states_that_a_problem_has_by_default():
+    """Each follows what it depends on until it is given, and is written out."""
+    asked = load(EXAMPLES / "small.toml")
+    assert (asked.limits.margin, asked.limits.strain) == (1.15, "off")
+    assert loads(asked.to_toml()) == asked
+    soft = asked.with_changes({"material.name": "Ecoflex 00-30"})
+    assert soft.limits.strain == 1.0
+    assert soft.with_changes({"material.name": "Hei-Cast 8400"}).limits.strain == "off"
+    assert soft.with_changes({"limits.strain": "off"}).limits.strain == "off"
+    chamber = asked.body.chamber[0].name
+    vacuum = asked.with_changes({f"task[0].pressure.{chamber}": "-20 kPa"})
+    assert vacuum.limits.margin == 1.0
+    free = {"start": "-20 kPa", "min": "-30 kPa", "max": "10 kPa"}
+    assert vacuum.with_changes({f"task[0].pressure.{chamber}": free}).limits.margin == 1.15
+    assert asked.with_changes({"limits.margin": 1}).limits.margin == 1.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("strain", 0), ("strain", "no"), ("strain", True), ("margin", 0.9), ("margin", "off")]
+)
+def test_what_limits_on_states_cannot_be(key, value):
+    with pytest.raises(ProblemError, match=rf"^limits\.{key}: "):
+        load(EXAMPLES / "small.toml").with_changes({f"limits.{key}": value})

@@ -190,6 +190,20 @@ def refusal(action, *arguments) -> str:
     return str(caught.value)
 
 
+def test_runs_from_before_a_limit_by_default_go_on_without_it(tmp_path):
+    asked = load(EXAMPLES / "small.toml")
+    run = create(tmp_path / "run", asked)
+    text = (run.path / "problem.toml").read_text()
+    old = "".join(line for line in text.splitlines(True) if not line.startswith(("margin", "strain")))
+    assert old.count("\n") == text.count("\n") - 2
+    (run.path / "problem.toml").write_text(old)
+    without = asked.with_changes({"limits.margin": 1, "limits.strain": "off"})
+    assert open_run(run.path).problem == without
+    assert resume(run.path, asked).problem == without
+    with pytest.raises(ProblemError, match=r"limits\.margin"):
+        resume(run.path, asked.with_changes({"limits.margin": 1.3}))
+
+
 def test_refusals(tmp_path):
     run_of(tmp_path / "run", 1)
     assert "add --resume" in refusal(create, tmp_path / "run", PROBLEM)

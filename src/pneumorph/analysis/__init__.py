@@ -15,6 +15,7 @@ from pneumorph.analysis.analyse import (
 from pneumorph.analysis.collect import collect_fields, collect_task_results, compute_inflation, compute_sag
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
+from pneumorph.analysis.margins import limit_points, margin_slopes, margins
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.slopes import (
@@ -22,8 +23,6 @@ from pneumorph.analysis.slopes import (
     design_gradient,
     design_slopes,
     lateral_slope_of,
-    margin_slopes,
-    margins,
     strain_shares,
     strain_slopes,
 )
@@ -54,6 +53,7 @@ __all__ = [
     "lateral_slope_of",
     "lateral_stability",
     "lateral_stiffness",
+    "limit_points",
     "margin_slopes",
     "margins",
     "motion_rates",

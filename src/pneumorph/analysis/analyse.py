@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -45,6 +45,7 @@ from pneumorph.mesh import Morph, Unfolded, unfold
 from pneumorph.mesh.transfer import at_places, between_points, linear, locate, quadrature_points, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem
+from pneumorph.sensitivity import Margin
 
 Starts = Mapping[str, State] | Mapping[str, Guess]
 
@@ -97,6 +98,7 @@ class Analysis:
     values : the tasks' objectives.
     value : J, their weighted sum.
     self_intersecting : whether the deformed body intersects itself, by task.
+    limit_points : the limit points ahead of the states by task, once they have been looked for (`limit_points`).
     """
 
     phi: np.ndarray
@@ -109,6 +111,7 @@ class Analysis:
     values: dict[str, float]
     value: float
     self_intersecting: dict[str, bool]
+    limit_points: dict[str, Margin] = field(default_factory=dict)
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:

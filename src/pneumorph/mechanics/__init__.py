@@ -11,6 +11,7 @@ from pneumorph.mechanics.elements.plate import COMPONENTS, rotation, rotation_ve
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.material.rubber import Rubber, neo_hookean_rubber
 from pneumorph.mechanics.setup import guided_of, loads_of, model_of, rubber_of, rubbers_of
+from pneumorph.mechanics.solve.ahead import limit_ahead
 from pneumorph.mechanics.solve.equilibrium import (
     TOLERANCE,
     Equilibrium,
@@ -60,6 +61,7 @@ __all__ = [
     "gradients_after",
     "guided_of",
     "lateral_models",
+    "limit_ahead",
     "loads_of",
     "masses_of",
     "mirrors_of",

@@ -31,7 +31,7 @@ KINDS = (
     StateKind(
         STRAIN,
         lambda disc, analysis, bound: strain_shares(disc, analysis),
-        lambda space, disc, analysis, bound: strain_slopes(space, disc, analysis),
+        strain_slopes,
     ),
     StateKind(MARGIN, margins, margin_slopes),
 )

@@ -92,7 +92,8 @@ def analyse_trial(
     spent = disc.factorisations - (0 if mesh.remeshed else count)
     if isinstance(analysis, NoEquilibrium):
         return Trial(disc, None, analysis.reason, before, mesh.remeshed, spent, reached=reached)
-    excess, limit = worst_state(problem, disc, analysis)
+    with clock.phase("equilibrium"):
+        excess, limit = worst_state(problem, disc, analysis)
     return Trial(disc, analysis, "", before, mesh.remeshed, spent, lateral, excess, limit)
 
 

@@ -213,6 +213,13 @@ class Scaling(Table):
     """Largest ratio."""
 
 
+def _share(value: Any) -> Any:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if value != "off" and not (number and 0 < value < float("inf")):
+        raise ValueError('is neither a number above 0 nor "off"; 1 is the whole range of the rubber')
+    return value
+
+
 class Limits(Table):
     """Limits that every design satisfies; the defaults are those of the paper's Table I.
 
@@ -233,10 +240,16 @@ class Limits(Table):
     """Least and largest change of lengths at the surfaces of a body from a file."""
     envelope: Envelope | None = None
     """The space that must contain the exterior."""
-    strain: Annotated[Number, Field(gt=0)] | None = None
-    """Largest stretch in every task, divided by the range of the rubber (`valid_stretch`); usually 1."""
-    margin: Annotated[Number, Field(gt=1)] | None = None
-    """Least ratio of the pressure at which a chamber balloons to the working pressure, in every task; e.g. 1.3."""
+    strain: Annotated[Annotated[Number, Field(gt=0)] | Literal["off"], BeforeValidator(_share)] | None = None
+    """Largest stretch in every task, divided by the range of the rubber (`valid_stretch`); "off" for no limit.
+
+    By default 1 where all rubbers state their range, else "off".
+    """
+    margin: Annotated[Number, Field(ge=1, le=10)] | None = None
+    """Least ratio of the pressure at which a chamber balloons to the working pressure, in every task; 1 for no limit.
+
+    By default 1.15, or 1 where no pressure is above 0: nothing balloons under vacuum.
+    """
 
 
 class MeshSpec(Table):

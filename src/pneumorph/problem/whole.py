@@ -11,7 +11,8 @@ from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
 
 from pneumorph.problem.changes import change
 from pneumorph.problem.checks.across import inconsistencies
-from pneumorph.problem.models import Pressure, Scaling
+from pneumorph.problem.defaults import limits_by_default
+from pneumorph.problem.models import Pressure
 from pneumorph.problem.reasons import faults_of, refusal
 from pneumorph.problem.tables import Tables
 
@@ -65,8 +66,9 @@ class Problem(Tables):
             for task in problem.task
         ]
         object.__setattr__(problem, "task", tuple(tasks))
-        if problem.solid is not None and problem.limits.scaling is None:
-            object.__setattr__(problem, "limits", problem.limits.model_copy(update={"scaling": Scaling()}))
+        given = {key for key, value in problem.limits if value is not None}
+        others = {key: value for key, value in limits_by_default(problem).items() if key not in given}
+        object.__setattr__(problem, "limits", problem.limits.model_copy(update=others))
         return problem
 
     def with_changes(self, changes: Mapping[str, Any]) -> Problem:
@@ -93,6 +95,10 @@ class Problem(Tables):
         (4.0, 5.0)
         """
         table = self.model_dump(mode="json", exclude_none=True)
+        for key, value in limits_by_default(self).items():
+            # They depend on other keys, which may change.
+            if getattr(self.limits, key) == value:
+                del table["limits"][key]
         for key, value in changes.items():
             # The present table has all parameters of its elastomer, so a new name replaces the whole table.
             change(table, *(("material", {"name": value}) if key == "material.name" else (key, value)))

@@ -26,6 +26,7 @@ from pneumorph.geometry.starting import body_of
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep, read
 from pneumorph.problem.designed import designed
+from pneumorph.problem.reading import read_toml
 from pneumorph.results import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
 from pneumorph.results.arrays import floats
 from pneumorph.run.differences import differences, in_words
@@ -45,6 +46,9 @@ FOLDERS = ("designs", "fields", "pictures")
 """Folders in which a run is written."""
 
 _NUMBERED = re.compile(r"([0-9]{1,9})\.npz")
+
+_LATER = {"margin": 1.0, "strain": "off"}
+"""Limits by default that runs of earlier versions do not have, and the values with which they are off."""
 
 _EPS = 1e-6
 """What rounding may put a value beyond its bounds, N/mm and rad."""
@@ -353,7 +357,10 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
     path = Path(path)
     if not (path / "problem.toml").exists():
         return create(path, problem)
-    stored = read(path / "problem.toml")
+    stored = _problem_of(path)
+    if stored != problem and not differences(read(path / "problem.toml"), problem):
+        # A run goes on with the limits with which it began.
+        problem = problem.with_changes(_not_yet(path))
     if keys := differences(stored, problem):
         raise ProblemError(
             f"{path}: contains a run of another problem ({in_words(keys)}); name another --out or use "
@@ -374,7 +381,20 @@ def open_run(path: str | Path) -> RunDirectory:
     path = Path(path)
     if not (path / "problem.toml").exists():
         raise ProblemError(f"{path}: is not a run directory (no problem.toml in it); name the --out of a design")
-    return RunDirectory(path, read(path / "problem.toml"))
+    return RunDirectory(path, _problem_of(path))
+
+
+def _problem_of(path: Path) -> Problem:
+    """The problem of a run, without the limits by default that came after it was made."""
+    problem = read(path / "problem.toml")
+    later = _not_yet(path)
+    return problem.with_changes(later) if later else problem
+
+
+def _not_yet(path: Path) -> dict[str, Any]:
+    """The limits by default that a run does not have, since it was made by an earlier version, and how they are off."""
+    given = read_toml(path / "problem.toml", str(path), "the problem file").get("limits", {})
+    return {f"limits.{key}": off for key, off in _LATER.items() if key not in given}
 
 
 def _store(path: Path, problem: Problem) -> None:

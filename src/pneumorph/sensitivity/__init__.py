@@ -3,10 +3,11 @@
 from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient, residual_jacobian
 from pneumorph.sensitivity.boundary import boundary_gradient
 from pneumorph.sensitivity.lateral import lateral_slope
-from pneumorph.sensitivity.margin import Margin, find_margin, margin_slope
+from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test
 
 __all__ = [
+    "BEYOND",
     "Margin",
     "NodalGradient",
     "NodalJacobian",

@@ -1,4 +1,4 @@
-"""The pressure at the first limit point of a path over the working pressure, and its exact derivatives.
+"""The pressure at the next limit point of a path over the working pressure, and its exact derivatives.
 
 At a limit point the tangent K has a null vector w, which is also its left one. Along a change of shape or loads the
 limit point stays on the path of equilibria, so wᵀ(∂R/∂X dX + ∂R/∂λ dλ) = 0: the derivatives of λ need no further solve.
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.mechanics import Configuration, NoEquilibrium, State, Tangent, follow
+from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, State, Tangent, follow
 from pneumorph.mechanics.assembly import products
 
 BEYOND = 1.25
@@ -19,7 +19,7 @@ BEYOND = 1.25
 
 @dataclass(frozen=True, eq=False)
 class Margin:
-    """The first limit point of a path.
+    """The limit point ahead of a state.
 
     Attributes
     ----------
@@ -33,14 +33,27 @@ class Margin:
     state: State | None
 
 
-def find_margin(at: Configuration, tangent: Tangent, bound: float) -> Margin:
-    """Follow the path to its first limit point, or up to `BEYOND` times the bound; the tangent is left there."""
-    path = follow(at, tangent, load=BEYOND * bound, first_limit=True)
+def find_margin(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, bound: float) -> Margin:
+    """Follow the path from a state to the limit point ahead, or up to `BEYOND` times the bound.
+
+    Parameters
+    ----------
+    at : Configuration
+        With the working pressures.
+    tangent : Tangent
+        Of its model; left at the last point.
+    equilibrium : Equilibrium
+        The state there.
+    bound : float
+        Of the margin.
+    """
+    far = Margin(BEYOND * bound, None)
+    path = follow(at, tangent, load=far.load, first_limit=True, since=equilibrium)
     if isinstance(path, NoEquilibrium):
         # Without pressure there is no limit.
-        return Margin(BEYOND * bound, None)
+        return far
     if not path.limits:
-        return Margin(min(path.points[-1].load, BEYOND * bound), None)
+        return Margin(min(path.points[-1].load, far.load), None)
     return Margin(path.limits[0].load, path.limits[0].equilibrium.state)
 
 

@@ -76,11 +76,11 @@ class PathPoint:
 
 @dataclass(frozen=True)
 class Path:
-    """A path of equilibria that starts without pressure.
+    """A path of equilibria.
 
     Attributes
     ----------
-    points : in order along the path.
+    points : in order along the path, the first of them where it begins.
     limits : limit points, where the pressures have an extremum, dλ/ds = 0.
     reason : why the path ends, as part of a sentence.
     """
@@ -113,8 +113,9 @@ def follow(
     first_limit: bool = False,
     most: int = MOST_POINTS,
     seconds: float = MOST_SECONDS,
+    since: Equilibrium | None = None,
 ) -> Path | NoEquilibrium:
-    """Follow the path of equilibria that starts without pressure.
+    """Follow the path of equilibria that starts without pressure, or at the state `since`, where λ is 1.
 
     Parameters
     ----------
@@ -124,6 +125,7 @@ def follow(
     load : the path ends when λ reaches it from below.
     first_limit : whether the path ends at its first limit point.
     most, seconds : limits on the number of points and the time.
+    since : an equilibrium at the pressures p̂.
 
     Returns
     -------
@@ -132,14 +134,14 @@ def follow(
     began = time.perf_counter()
     if not np.any(np.asarray(at.loads.pressure)):
         return NoEquilibrium("no chamber has a pressure that a path could follow", 0.0, None)
-    unloaded = _loaded(at, 0.0)
-    begin = solve(unloaded, tangent)
+    reached, begins = (0.0, _loaded(at, 0.0)) if since is None else (1.0, at)
+    begin = since or solve(begins, tangent)
     if isinstance(begin, NoEquilibrium):
         return begin
     try:
-        here = _place(at, unloaded, tangent, begin, 0.0, None)
+        here = _place(at, begins, tangent, begin, reached, None)
     except SingularMatrix:
-        return NoEquilibrium("the tangent without pressures is singular", 0.0, begin)
+        return NoEquilibrium("the tangent where the path begins is singular", reached, begin)
     places, limits = [here], []
     step = first = FIRST_RISE / here.slope
     while True:

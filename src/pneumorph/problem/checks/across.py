@@ -293,7 +293,7 @@ def _ranges(problem: Tables) -> Iterator[Fault]:
     """A limit on strain is relative to the stated range of every rubber; two models state it by their limits."""
     for name, material in materials(problem).items():
         stated = material.valid_stretch is not None or isinstance(material, (ArrudaBoyce, Gent))
-        if problem.limits.strain is not None and not stated:
+        if problem.limits.strain not in (None, "off") and not stated:
             where = "material" if name == REST else f'the material of region "{name}"'
             yield (
                 "limits.strain",

@@ -1,0 +1,76 @@
+"""How far ahead the limit point of a path is, estimated from the path's first two derivatives where it is now.
+
+Near a limit point the state is x* − a √(λ* − λ), so the ratio of its second derivative by λ to the first is
+1 / 2(λ* − λ). Strains (Green's) are compared rather than displacements: a body that bends far turns most of its nodes,
+but what balloons stretches. They are compared where they grow most, since one chamber may balloon alone.
+
+The derivatives are x' = K⁻¹f and x" = −K⁻¹r" with the second derivative r" of the residual along x', a difference
+quotient: two back-solves with the tangent's factorisation, and three residuals.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from pneumorph.interrupts import stop_if_asked
+from pneumorph.mechanics.assembly.displacement import displacement
+from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.elements.kinematics import State, deformation_gradients
+from pneumorph.mechanics.solve.balance import places, pressure_force, residual_at, supported
+from pneumorph.mechanics.solve.prediction import ENOUGH
+
+STEP = 1e-5
+"""Of the difference quotients: the largest motion of a node, relative to the diagonal of the body."""
+
+
+def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
+    """Estimate the factor λ of the pressures at which the path has its next limit point; infinite where none is ahead.
+
+    Parameters
+    ----------
+    at : Configuration
+        With the pressures that are scaled; all other loads stay.
+    tangent : Tangent
+        With the last factorisation, if there is one.
+    state : State
+        Its equilibrium.
+    """
+    pressure, vector = np.asarray(at.loads.pressure), at.model.vector(state)
+    along = tangent.solve_at(at, state, supported(at, pressure_force(at, state, pressure)), ENOUGH)
+    small = _small(at, vector, along)
+
+    def residual(share: float) -> np.ndarray:
+        there = replace(at, loads=at.loads._replace(pressure=(1.0 + share) * pressure))
+        return residual_at(there, vector + share * along)
+
+    bent = (residual(small) - 2.0 * residual(0.0) + residual(-small)) / small**2
+    curved = -tangent.solve_at(at, state, supported(at, bent), ENOUGH)
+    before, here, after = (
+        _strains(at, vector + share * along + 0.5 * share**2 * curved) for share in (-small, 0.0, small)
+    )
+    rate, growth = (after - before) / (2.0 * small), (after - 2.0 * here + before) / small**2
+    faster = _where_most(rate, growth)
+    return 1.0 + 0.5 / faster if faster > 0.0 else math.inf
+
+
+def _small(at: Configuration, vector: np.ndarray, along: np.ndarray) -> float:
+    """The share of a direction (n,) along which nodes move by `STEP`."""
+    far = np.abs(places(at, vector + along) - places(at, vector)).max()
+    return STEP * float(np.linalg.norm(np.ptp(at.X, axis=0))) / max(float(far), 1e-300)
+
+
+def _strains(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """Green's strains (3, 3, 4, M) at the quadrature points."""
+    stop_if_asked()
+    tets = at.model.tets.nodes[: at.model.elements]
+    F = deformation_gradients(tets, at.X, displacement(at.model.tip, at.X, at.model.state(vector)))
+    return 0.5 * (np.einsum("ki...,kj...->ij...", F, F) - np.eye(3)[:, :, None, None])
+
+
+def _where_most(rate: np.ndarray, growth: np.ndarray) -> float:
+    """The growth of strains per λ over their rate, at the points where they grow most."""
+    weight = (growth * growth).sum(axis=(0, 1))
+    return float((weight * (rate * growth).sum(axis=(0, 1))).sum() / (weight * (rate * rate).sum(axis=(0, 1))).sum())
