@@ -183,7 +183,7 @@ def test_the_old_name_of_the_method_is_read_with_a_sentence():
 
 def test_limits_on_states_that_a_problem_has_by_default():
     """Each follows what it depends on until it is given, and is written out."""
-    asked = load(EXAMPLES / "small.toml")
+    asked = load(FOLDER / "small.toml")
     assert (asked.limits.margin, asked.limits.strain) == (1.15, "off")
     assert loads(asked.to_toml()) == asked
     soft = asked.with_changes({"material.name": "Ecoflex 00-30"})
@@ -203,4 +203,4 @@ def test_limits_on_states_that_a_problem_has_by_default():
 )
 def test_what_limits_on_states_cannot_be(key, value):
     with pytest.raises(ProblemError, match=rf"^limits\.{key}: "):
-        load(EXAMPLES / "small.toml").with_changes({f"limits.{key}": value})
+        load(FOLDER / "small.toml").with_changes({f"limits.{key}": value})
