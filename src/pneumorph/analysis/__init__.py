@@ -12,10 +12,10 @@ from pneumorph.analysis.analyse import (
     lateral_stiffness,
     predict_states,
 )
+from pneumorph.analysis.ballooning import limit_points, margin_slopes, margins
 from pneumorph.analysis.collect import collect_fields, collect_task_results, compute_inflation, compute_sag
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
-from pneumorph.analysis.margins import limit_points, margin_slopes, margins
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.slopes import (
