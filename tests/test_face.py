@@ -63,15 +63,17 @@ def test_public_names():
 def test_help_names_what_there_is():
     """It is written out, so that nothing has to be loaded for it."""
     from pneumorph.analysis.simulate import BLOCKS
+    from pneumorph.cli.new import BODIES
     from pneumorph.output.export import FORMATS
     from pneumorph.problem.material import MODELS
-    from pneumorph.problem.starts import KINDS, SOLIDS
+    from pneumorph.problem.starts import KINDS
 
     commands = import_module("pneumorph.cli.commands")
     source = inspect.getsource(commands)
     told = inspect.getsource(simulate)
     assert all(re.search(rf"\b{name}\b", told) for name in BLOCKS)
-    assert f'"{"|".join((*KINDS, *SOLIDS))}"' in source
+    kinds = " ".join(inspect.getsource(commands.new).replace('"\n', "").replace('            "', "").split())
+    assert ", ".join(KINDS) in kinds and ", ".join(BODIES) in kinds
     assert f'metavar="{"|".join(FORMATS)}"' in source
     assert f"One of {', '.join(MODELS)}, or all." in source
 

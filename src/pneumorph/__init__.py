@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pneumorph import bodies
     from pneumorph.analysis import GradientCheck
     from pneumorph.errors import ComputationError, MeshError, PneumorphError, ProblemError
     from pneumorph.interface.check import check_gradient
@@ -41,6 +42,7 @@ __all__ = [
     "Sweep",
     "SweepStep",
     "TaskResult",
+    "bodies",
     "check_gradient",
     "design",
     "designs",
@@ -67,6 +69,8 @@ _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
 def __getattr__(name: str) -> Any:
     """Load the module of a public name when it is first used."""
+    if name == "bodies":
+        return import_module(f"{__name__}.bodies")
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -124,15 +124,20 @@ def triangles(path: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return np.array(mesh.Coordinates()), corners, elements["index"].astype(np.int64) - 1
 
 
-def compose(parts: list[tuple[bool, str, tuple[float, ...]]], path: str) -> tuple[list[str], list[str]]:
-    """Write a STEP file with the body of some parts, which are added or cut out in their order; see `bodies.Part`."""
+def compose(parts: list[tuple[bool, str, tuple[float, ...], float]], path: str) -> tuple[list[str], list[str]]:
+    """Write a STEP file with a body, of which parts are added or cut out in their order; see `bodies.parts.Part`."""
     occ = _occ()
     kinds = {
         "box": lambda a, b, c, d, e, f: occ.Box(occ.Pnt(a, b, c), occ.Pnt(d, e, f)),
         "cylinder": lambda x, y, z, radius, height: occ.Cylinder(occ.Pnt(x, y, z), occ.Z, radius, height),
         "ball": lambda x, y, z, radius: occ.Sphere(occ.Pnt(x, y, z), radius),
+        "turned": _turned,
     }
-    first, *others = ((added, kinds[kind](*numbers)) for added, kind, numbers in parts)
+    axis = occ.Axis(occ.Pnt(0, 0, 0), occ.Z)
+    first, *others = (
+        (added, kinds[kind](*numbers).Rotate(axis, turn) if turn else kinds[kind](*numbers))
+        for added, kind, numbers, turn in parts
+    )
     body = first[1]
     for added, part in others:
         body = body + part if added else body - part
@@ -140,6 +145,16 @@ def compose(parts: list[tuple[bool, str, tuple[float, ...]]], path: str) -> tupl
     if not os.path.exists(path):
         raise Unsuitable(f"{path} cannot be written; give another name")
     return [path], [path]
+
+
+def _turned(*numbers: float) -> Any:
+    """What a polygon of radii and z sweeps about z."""
+    occ = _occ()
+    (first, *others) = zip(numbers[::2], numbers[1::2], strict=True)
+    pen = occ.WorkPlane(occ.Axes(occ.Pnt(0, 0, 0), n=-occ.Y, h=occ.X)).MoveTo(*first)
+    for corner in others:
+        pen.LineTo(*corner)
+    return pen.Close().Face().Revolve(occ.Axis(occ.Pnt(0, 0, 0), occ.Z), 360.0)
 
 
 _COARSE = 25.0

@@ -17,14 +17,19 @@ DesignNumber = Annotated[int | None, typer.Option(min=0, help="Number of the des
 def new(
     name: Annotated[Path, typer.Argument(metavar="NAME", help="Name of the file; .toml is added.")],
     kind: Annotated[
-        str, typer.Option(metavar="extension|bending|twist|finger|arm|pneunet|dome", help="Kind of robot.")
+        str,
+        typer.Option(
+            metavar="KIND",
+            help="Kind of robot: extension, bending, twist, finger, arm; or, with sizes and a CAD file, pneunet, "
+            "fast-pneunet, dome, bellows, hand, half-round (without).",
+        ),
     ] = "extension",
     size: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=VALUE", help="A size of a pneunet or dome, e.g. wall=1.5mm; repeatable."),
+        typer.Option(metavar="KEY=VALUE", help="A size of a kind that has some, e.g. wall=1.5mm; repeatable."),
     ] = None,
 ) -> None:
-    """Write a commented problem file to start from; for a pneunet or dome with its CAD file (STEP)."""
+    """Write a commented problem file to start from, and the CAD file (STEP) of its body where it has one."""
     from pneumorph.cli.new import new
 
     new(name, kind, size or [])
