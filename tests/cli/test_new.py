@@ -65,7 +65,7 @@ def test_new_refuses(run, tmp_path):
     (tmp_path / "mine.toml").write_text("mine")
     for arguments, words in (
         ((tmp_path / "mine",), "there is already a file of this name"),
-        ((tmp_path / "x", "--kind", "glove"), '"glove" is not known; use one of extension, bending, twist, finger, arm'),
+        ((tmp_path / "x", "--kind", "glove"), '"glove" is not known; use one of extension, bending, twist, finger'),
         ((tmp_path / "mine.toml" / "x",), "its folder cannot be made"),
     ):
         result = run("new", *arguments)
