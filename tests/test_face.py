@@ -62,7 +62,7 @@ def test_public_names():
 
 def test_help_names_what_there_is():
     """It is written out, so that nothing has to be loaded for it."""
-    from pneumorph.analysis.simulate import BLOCKS
+    from pneumorph.analysis.pressures import BLOCKS
     from pneumorph.cli.new import BODIES
     from pneumorph.output.export import FORMATS
     from pneumorph.problem.material import MODELS

@@ -113,3 +113,13 @@ def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
     assert all(step["stable"] for step in steps)
     assert -0.1 < steps[1]["buckled_MPa"]["A"] < -0.05 and "buckled_MPa" not in steps[2]
     assert result.output.count("buckled at -5") == 1
+
+
+def test_a_held_angle_is_told_by_the_command(run, tiny):
+    result = run("simulate", tiny, "--block", "bending_y=10deg", "--pressure", "A=0kPa")
+    assert result.exit_code == 0, result.output
+    assert "bending_y held at 10°" in result.output and "bending_y -" in result.output
+    refused = run("simulate", tiny, "--block", "all=1mm")
+    assert refused.exit_code == 2 and "give each motion its own" in refused.stderr
+    refused = run("simulate", tiny, "--block", "axial=3deg")
+    assert refused.exit_code == 2 and "block axial=3deg" in refused.stderr

@@ -28,18 +28,19 @@ export class Marks {
     this.plate.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), tip.axis);
     if (!shown) return;
     this.#word(new THREE.Vector3(0, 0, -0.07 * this.length), "clamped", true);
-    const force = new THREE.Vector3(...this.facts.force);
-    if (task && force.length() > 0) {
+    const own = this.facts.tasks.find((each) => each.name === task);
+    const force = new THREE.Vector3(...(own?.force ?? [0, 0, 0]));
+    if (force.length() > 0) {
       const text = `${Number(force.length().toPrecision(3))} N`;
       this.#arrow(tip.at, force.normalize(), size, "#c26a1b", text);
     }
-    if (task && this.facts.gravity) {
-      const down = new THREE.Vector3(...this.facts.gravity).normalize();
+    if (own?.gravity) {
+      const down = new THREE.Vector3(...own.gravity).normalize();
       // Beside the base, against the direction in which it pulls.
       const from = new THREE.Vector3(0, 0, 0.06 * this.length).addScaledVector(down, -this.radius - 1.5 * size);
       this.#arrow(from, down, size, "#5b8c5a", "gravity");
     }
-    const target = this.facts.tasks.find((each) => each.name === task)?.target;
+    const target = own?.target;
     if (target?.line) this.#course(target, found);
     if (target?.place) this.#place(target);
   }

@@ -45,6 +45,7 @@ from pneumorph.mesh import Morph, Unfolded, unfold
 from pneumorph.mesh.transfer import at_places, between_points, linear, locate, quadrature_points, transfer
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import acting
 from pneumorph.sensitivity import Margin
 
 Starts = Mapping[str, State] | Mapping[str, Guess]
@@ -189,8 +190,9 @@ def analyse(
     configurations, equilibria, values, crossing = {}, {}, {}, {}
     touches_itself = disc.model.contact is not None and disc.model.contact.own is not None
     for task in problem.task:
-        loads = loads_of(problem, disc.model, pressures[task.name], task.poses, reinforcement)
-        at = configure(disc.model, X, loads, guided_of(problem))
+        under = acting(problem, task)
+        loads = loads_of(problem, disc.model, pressures[task.name], task.poses, reinforcement, under)
+        at = configure(disc.model, X, loads, guided_of(problem, under))
         start = starts[task.name] if starts else None
         since = None
         if near is not None and disc.model.contact is not None:

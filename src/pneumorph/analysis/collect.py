@@ -24,6 +24,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.objective import Features
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import acting
 from pneumorph.results import Fields, Inflation, TaskResult, nodal_stretch
 from pneumorph.results.fields import skin_of
 from pneumorph.results.records import Vector
@@ -105,13 +106,13 @@ def collect_fields(
 
 
 def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
-    """Displacements (N, 3) in mm without pressures; None without weight and plate loads, or without an equilibrium."""
-    effector = problem.end_effector
-    if problem.gravity is None and not any((*effector.force, *effector.moment)):
+    """Displacements (N, 3) in mm without pressures, under the first task's loads; None if it has none, or no state."""
+    under = acting(problem, problem.task[0])
+    if not under.moves:
         return None
     reinforcement = next(iter(analysis.configurations.values())).loads.reinforcement
-    loads = loads_of(problem, disc.model, {}, reinforcement=reinforcement)
-    at = configure(disc.model, analysis.X, loads, guided_of(problem))
+    loads = loads_of(problem, disc.model, {}, reinforcement=reinforcement, under=under)
+    at = configure(disc.model, analysis.X, loads, guided_of(problem, under))
     # With another solver: those of the tasks keep the factorisations from which the next design starts.
     equilibrium = solve(at, Tangent(disc.model), tolerance=DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
     return equilibrium.u if isinstance(equilibrium, Equilibrium) else None

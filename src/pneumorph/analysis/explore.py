@@ -35,6 +35,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import TetMesh
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import acting
 from pneumorph.results import Fields, SweepStep, TaskResult, nodal_stretch
 from pneumorph.symmetry.part import Part, turns_of
 
@@ -68,7 +69,7 @@ class Explored:
 
 
 class Explorer:
-    """The equilibria of a body at any pressures, without blocked motions.
+    """The equilibria of a body at any pressures, under the other loads of its first task.
 
     Pressures that are symmetric are solved on part of the body, others on the whole, as by `simulate`. Every
     equilibrium is sought from the nearest known ones on the same mesh, and from rest if it is not found from there.
@@ -103,6 +104,7 @@ class Explorer:
         refuse_friction(problem)
         self.problem, self.body = problem, body
         self._stored, self._results = stored, results or {}
+        self._under = acting(problem, problem.task[0])
         self._meshes: dict[Part, _Meshed] = {}
 
     def at(self, pressures: Mapping[str, float], stop: Callable[[], bool] = lambda: False) -> Explored:
@@ -135,8 +137,9 @@ class Explorer:
 
     def _at(self, meshed: _Meshed, pressures: Mapping[str, float]) -> Configuration:
         # Where obstacles are is a matter of the task; the first one's results are in its name.
-        loads = loads_of(self.problem, meshed.model, dict(pressures), self.problem.task[0].poses)
-        return configure(meshed.model, meshed.mesh.points, loads, guided_of(self.problem))
+        first, under = self.problem.task[0], self._under
+        loads = loads_of(self.problem, meshed.model, dict(pressures), first.poses, under=under)
+        return configure(meshed.model, meshed.mesh.points, loads, guided_of(self.problem, under))
 
     def _strides(self, meshed: _Meshed, pressures: Mapping[str, float]) -> list[Configuration]:
         """The way from no pressure to these, without its end."""
@@ -166,15 +169,16 @@ class Explorer:
     def _known(self, model: Model, stored: Fields) -> list[tuple[Configuration, State]]:
         """The equilibria that are stored: of every task, and without pressure."""
         X, still = stored.mesh.points, np.zeros(6)
-        known, poses = [], {task.name: task.poses for task in self.problem.task}
+        known, tasks = [], {task.name: task for task in self.problem.task}
         for task, result in self._results.items():
             plate = np.array([*result.translation, *result.rotation]) if model.plate else still
-            loads = loads_of(self.problem, model, dict(result.pressures), poses[task])
+            under = acting(self.problem, tasks[task])
+            loads = loads_of(self.problem, model, dict(result.pressures), tasks[task].poses, under=under)
             state = restored(model, X, stored.u[task], plate, _objects(model, loads, result))
-            known.append((configure(model, X, loads, guided_of(self.problem)), state))
-        nothing = loads_of(self.problem, model, {})
-        if not (np.any(nothing.acceleration) or np.any(nothing.wrench)):
-            known.append((configure(model, X, nothing, guided_of(self.problem)), rest(model)))
+            known.append((configure(model, X, loads, guided_of(self.problem, under)), state))
+        if not self._under.moves:
+            nothing = loads_of(self.problem, model, {}, under=self._under)
+            known.append((configure(model, X, nothing, guided_of(self.problem, self._under)), rest(model)))
         return known
 
 

@@ -35,6 +35,7 @@ from pneumorph.mesh import TetMesh, scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES
 from pneumorph.objective import Features, measure_features
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import acting_in
 from pneumorph.symmetry.operations import MIRRORS
 
 STIFFER = 100.0
@@ -151,15 +152,16 @@ def compared(
     rubber = rubber_of(problem.material)
     models = [model_of(problem, mesh, {"rubber": rubber, "tubes": tubes}) for tubes in (rubber, tube_of(rubber))]
     tangents = [Tangent(model) for model in models]
-    poses = {task.name: task.poses for task in problem.task}
+    poses, loads = {task.name: task.poses for task in problem.task}, acting_in(problem)
     known: dict[Any, tuple[Features, Features]] = {}
     results = {}
     for task, own in pressures.items():
-        key = (*(own.get(chamber, 0.0) for chamber in models[0].chambers), *poses[task].items())
+        key = (*(own.get(chamber, 0.0) for chamber in models[0].chambers), *poses[task].items(), loads[task])
         if key not in known:
             state, measured = None, []
             for model, tangent in zip(models, tangents, strict=True):
-                at = configure(model, mesh.points, loads_of(problem, model, dict(own), poses[task]), guided_of(problem))
+                given = loads_of(problem, model, dict(own), poses[task], under=loads[task])
+                at = configure(model, mesh.points, given, guided_of(problem, loads[task]))
                 state = _solved(task, solve(at, tangent, state, DESIGN_TOLERANCE)).state
                 measured.append(measure_features(model, mesh.points, state))
             known[key] = measured[0], measured[1]

@@ -1,13 +1,14 @@
 """Pressures as users write them: "60 kPa" is constant, "0:60:5 kPa" is swept from 0 to 60 kPa in steps of 5.
 
 Displacements of obstacles along x, y and z are written in the same way: "plate.z" is "-3 mm" or "0:-3:-0.5 mm", and
-their rotation vectors' components too: "plate.turn_z" is "30 deg" or "0:90:5 deg".
+their rotation vectors' components too: "plate.turn_z" is "30 deg" or "0:90:5 deg". So are the values at which motions
+of the plate are held: "axial=2 mm" or "bending_y=0:30:5 deg"; "axial" alone is held where it is at rest.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,17 +16,24 @@ import numpy as np
 
 from pneumorph import units
 from pneumorph.errors import ProblemError
-from pneumorph.problem.components import POSE
+from pneumorph.mechanics import COMPONENTS
+from pneumorph.problem.components import COMPONENT_OF, POSE, component_of, is_turn
 
 _SHAPE = re.compile(rf"\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
 _FIX = "write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
 _FIX_MOVE = "write plate.z=-3mm for a displacement or plate.z=0:-3:-0.5mm for a sweep"
+_FIX_LENGTH = "write axial=2mm for a value at which it is held or axial=0:4:1mm for a sweep"
+_FIX_ANGLE = "write bending_y=30deg for a value at which it is held or bending_y=0:30:5deg for a sweep"
 _FIX_TURN = "write plate.turn_z=30deg for a turn or plate.turn_z=0:90:5deg for a sweep"
 MOST_STEPS = 10_000
 """Of a sweep: more are taken for a mistake of a unit."""
 AXES = ("x", "y", "z")
 MOTIONS = {name: units.ANGLE if name.startswith("turn_") else units.LENGTH for name in POSE}
 """The motions of an obstacle, along and about the axes."""
+BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF)}, "all": COMPONENTS}
+"""The plate components that each word of the option `block` holds."""
+HELD = "held "
+"""What the names of held motions begin with among what is swept: names of chambers and obstacles have no spaces."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +45,13 @@ class PressurePath:
     swept : names of the swept chambers and motions, such as "plate.z"; none if all are constant.
     steps : MPa by chamber, at every step.
     moves : mm or rad by motion, at every step.
+    holds : mm or rad by component of the plate that is held, at every step.
     """
 
     swept: tuple[str, ...]
     steps: list[dict[str, float]]
     moves: list[dict[str, float]]
+    holds: list[dict[str, float]]
 
 
 def pressure_paths(
@@ -50,6 +60,7 @@ def pressure_paths(
     one_by_one: bool = False,
     moves: Mapping[str, Any] | None = None,
     obstacles: Sequence[str] = (),
+    block: Iterable[str] = (),
 ) -> list[PressurePath]:
     """Read the pressures, and the displacements of obstacles, that a user gives for a simulation.
 
@@ -64,6 +75,7 @@ def pressure_paths(
     one_by_one : whether to sweep one chamber after another.
     moves : {"plate.z": "-3 mm", "0:-3:-0.5 mm" or a pint quantity}, and {"plate.turn_z": "30 deg" or "0:90:5 deg"}
     obstacles : names of all obstacles.
+    block : motions of the plate that are held, "axial", "axial=2 mm" or "axial=0:4:1 mm".
 
     Raises
     ------
@@ -84,6 +96,7 @@ def pressure_paths(
             raise ProblemError(f'move {name}={asked}: there is no obstacle and axis "{name}"; {known}')
         fix = _FIX_MOVE if motions[name] is units.LENGTH else _FIX_TURN
         values[name] = _read(f"move {name}={asked}", asked, motions[name], fix)
+    values |= _held(block)
     constant = {name: float(each[0]) for name, each in values.items() if len(each) == 1}
     swept = {name: each for name, each in values.items() if len(each) > 1}
     if one_by_one:
@@ -96,7 +109,7 @@ def pressure_paths(
     lengths = {name: len(each) for name, each in swept.items()}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{name} {count}" for name, count in lengths.items())
-        what = "swept chambers" if set(swept) <= set(chambers) else "swept chambers and obstacles"
+        what = "swept chambers" if set(swept) <= set(chambers) else "swept chambers, obstacles and held motions"
         raise ProblemError(
             f"pressure: the {what} have different numbers of steps ({counts}); "
             "give them the same number, or sweep them one by one"
@@ -106,13 +119,34 @@ def pressure_paths(
     return [_path(tuple(swept), steps, chambers)]
 
 
+def _held(block: Iterable[str]) -> dict[str, np.ndarray]:
+    """The values at which motions of the plate are held, by `HELD` and the component."""
+    values: dict[str, np.ndarray] = {}
+    for given in block:
+        word, equals, asked = (part.strip() for part in given.partition("="))
+        if word not in BLOCKS:
+            raise ProblemError(f'block: "{word}" is not a motion of the plate; use one of {", ".join(BLOCKS)}')
+        if equals and word == "all":
+            raise ProblemError(f"block {given}: lengths and angles have no common value; give each motion its own")
+        for component in BLOCKS[word]:
+            kind, fix = (units.ANGLE, _FIX_ANGLE) if is_turn(component) else (units.LENGTH, _FIX_LENGTH)
+            values[HELD + component] = _read(f"block {given}", asked, kind, fix) if equals else np.zeros(1)
+    return values
+
+
 def _path(swept: tuple[str, ...], steps: list[dict[str, float]], chambers: tuple[str, ...]) -> PressurePath:
-    """A path from the values of chambers and motions at every step."""
-    parts = [
-        [{name: value for name, value in step.items() if (name in chambers) is pressures} for step in steps]
-        for pressures in (True, False)
-    ]
-    return PressurePath(swept, *parts)
+    """A path from the values of chambers, obstacles and held motions at every step."""
+
+    def of(kind: int) -> list[dict[str, float]]:
+        own = ({name: value for name, value in step.items() if _kind(name, chambers) == kind} for step in steps)
+        return [{name.removeprefix(HELD): value for name, value in step.items()} for step in own]
+
+    return PressurePath(swept, of(0), of(1), of(2))
+
+
+def _kind(name: str, chambers: tuple[str, ...]) -> int:
+    """0 for a chamber, 1 for a motion of an obstacle, 2 for a motion of the plate that is held."""
+    return 0 if name in chambers else 2 if name.startswith(HELD) else 1
 
 
 def _read(key: str, asked: Any, kind: units.Kind, fix: str) -> np.ndarray:

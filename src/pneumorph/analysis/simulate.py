@@ -1,9 +1,10 @@
-"""Simulate a body: equilibria at the tasks' pressures or along pressure sweeps, free or with motions blocked."""
+"""Simulate a body: equilibria at the tasks' pressures or along sweeps, free or with motions of its plate held."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import starmap
 from typing import Any, cast
 
 import numpy as np
@@ -36,12 +37,8 @@ from pneumorph.mechanics import (
 from pneumorph.mesh import TetMesh
 from pneumorph.objective import Objective, build_objectives, measure_features
 from pneumorph.problem import Problem
-from pneumorph.problem.components import COMPONENT_OF, component_of
+from pneumorph.problem.acting import Acting, acting
 from pneumorph.results.records import SweepStep, Vector
-
-BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF)}, "all": COMPONENTS}
-"""The plate components that each word of the option `block` holds at zero."""
-
 
 MOST_FRICTION = 10.0
 """A larger coefficient is taken for a mistake: those of rubber are a few at most."""
@@ -79,8 +76,6 @@ class Simulation:
     pressures : {task: {chamber: MPa}}
         Pressures of the chambers that `paths` leave out.
     paths : the pressures of the sweeps, each computed for every task.
-    blocked : (6,) bool
-        Plate components that are held at zero.
     targets : {task: Objective}
         Objectives of the tasks with a target, from which the steps have their distance.
     friction : coefficient of friction on obstacles.
@@ -91,7 +86,6 @@ class Simulation:
     model: Model
     pressures: Mapping[str, Mapping[str, float]]
     paths: list[PressurePath]
-    blocked: np.ndarray
     targets: Mapping[str, Objective] = field(default_factory=dict)
     friction: float = 0.0
 
@@ -120,11 +114,11 @@ class Simulation:
         """The first task whose chambers have the same pressures, but for those that the paths give."""
         path = self.paths[0]
 
-        def own(name: str) -> tuple[dict[str, float], Poses]:
+        def own(name: str) -> tuple[dict[str, float], Poses, Acting]:
             pressures = {
                 chamber: part for chamber, part in self.pressures[name].items() if chamber not in path.steps[0]
             }
-            return pressures, self._poses(name, path.moves[0])
+            return pressures, self._poses(name, path.moves[0]), _loads(self.problem, name, path.holds[0])
 
         return next(name for name in self.pressures if own(name) == own(task))
 
@@ -140,6 +134,18 @@ class Simulation:
         }
         return {name: pose for name, pose in moves.items() if any(pose)}
 
+    @property
+    def blocked(self) -> np.ndarray:
+        """The components (6,) bool of the plate that are held in some task or step."""
+        names = {
+            name
+            for task in self.pressures
+            for path in self.paths
+            for given in path.holds
+            for name in _loads(self.problem, task, given).hold.values
+        }
+        return np.isin(COMPONENTS, list(names))
+
     def run(self, curves: list[Curve]) -> Iterator[SweepStep]:
         """Compute and yield step after step; every sweep appends a curve to `curves` and its steps to that curve."""
         tangent = Tangent(self.model)
@@ -153,8 +159,8 @@ class Simulation:
                 curves += new
                 along = [{**own, **given} for given in path.steps]
                 poses = [self._poses(tasks[0], given) for given in path.moves]
-                loads = [loads_of(self.problem, self.model, *each) for each in zip(along, poses, strict=True)]
-                configurations = [configure(self.model, self.mesh.points, each, self.blocked) for each in loads]
+                under = [_loads(self.problem, tasks[0], given) for given in path.holds]
+                configurations = list(starmap(self._configured, zip(along, poses, under, strict=True)))
                 found = self._sweep(configurations, tangent, whole)
                 for pressures, posed, (at, answer) in zip(along, poses, found, strict=True):
                     moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
@@ -164,6 +170,10 @@ class Simulation:
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, answer)))
                         yield curve.steps[-1]
+
+    def _configured(self, pressures: dict[str, float], poses: Poses, under: Acting) -> Configuration:
+        loads = loads_of(self.problem, self.model, pressures, poses, under=under)
+        return configure(self.model, self.mesh.points, loads, guided_of(self.problem, under))
 
     def _sweep(
         self, path: list[Configuration], tangent: Tangent, whole: Whole | None
@@ -221,7 +231,7 @@ def prepare_simulation(
     pressures : {task: {chamber: MPa}}
         Pressures of the chambers that are not in `given`.
     given : {chamber: "60 kPa" or "0:60:5 kPa"}, see `pressure_paths`.
-    block : motions of the plate to block, keys of `BLOCKS`.
+    block : motions of the plate to hold, keys of `BLOCKS` alone or with a value, as "axial=2 mm" or "axial=0:4:1 mm".
     one_by_one : sweep one chamber after another.
     moves : {"plate.z": "-3 mm" or "0:-3:-0.5 mm"}, displacements of obstacles in place of those of the tasks, and
         {"plate.turn_z": "30 deg" or "0:90:5 deg"}, their turns.
@@ -235,14 +245,17 @@ def prepare_simulation(
         If the body cannot be meshed.
     """
     chambers, obstacles = ([part.name for part in parts] for parts in (problem.body.chamber, problem.obstacle))
-    paths = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles)
-    blocked = _blocked(problem, list(block))
+    block = list(block)
+    if block and problem.end_effector.kind == "free":
+        raise ProblemError('block: a free tip has no plate to hold; set kind = "plate" in [end_effector]')
+    paths = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles, block)
+    under = [_loads(problem, name, each) for name in pressures for path in paths for each in path.holds]
     applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
-    mesh = mesh_of(problem, body, part_of(problem, applied)).mesh
+    mesh = mesh_of(problem, body, part_of(problem, applied, under)).mesh
     targets = {name: target for name, target in _targets(problem).items() if name in pressures}
     given_friction = 0.0 if problem.contact is None else problem.contact.friction
     coefficient = _friction(problem, given_friction if friction is None else friction)
-    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, blocked, targets, coefficient)
+    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, targets, coefficient)
 
 
 def _friction(problem: Problem, coefficient: float) -> float:
@@ -265,15 +278,10 @@ def _targets(problem: Problem) -> dict[str, Objective]:
     return build_objectives(problem, aimed=True)
 
 
-def _blocked(problem: Problem, names: list[str]) -> np.ndarray:
-    """The plate components (6,) that are held at zero."""
-    if names and problem.end_effector.kind == "free":
-        raise ProblemError('block: a free tip has no plate to hold; set kind = "plate" in [end_effector]')
-    for name in names:
-        if name not in BLOCKS:
-            raise ProblemError(f'block: "{name}" is not a motion of the plate; use one of {", ".join(BLOCKS)}')
-    blocked = {component for name in names for component in BLOCKS[name]}
-    return np.array([component in blocked for component in COMPONENTS]) | guided_of(problem)
+def _loads(problem: Problem, task: str, given: Mapping[str, float]) -> Acting:
+    """The loads of a task, where more motions of the plate are held than by its own guide, or elsewhere."""
+    own = acting(problem, next(each for each in problem.task if each.name == task))
+    return replace(own, hold=own.hold.model_copy(update=dict(given)))
 
 
 def step_of(
@@ -296,7 +304,7 @@ def step_of(
     whole : the whole body, where part of it was solved and motions without its symmetry are to be looked at too.
     """
     if isinstance(answer, NoEquilibrium):
-        return SweepStep(task, pressures, converged=False, reason=answer.reason)
+        return SweepStep(task, pressures, converged=False, reason=answer.reason, holds=_holds(at))
     motion = measure_features(at.model, at.X, answer.state, shift=np.asarray(at.loads.shift))
     touched = contact_forces(at, answer.state)
     translations, rotations = poses_of(at.model, motion)
@@ -319,7 +327,14 @@ def step_of(
         pose_rotations=rotations,
         self_intersecting=skin.intersects_itself(at.X + answer.u),
         buckled=answer.buckled,
+        holds=_holds(at),
     )
+
+
+def _holds(at: Configuration) -> dict[str, float]:
+    """Where motions of the plate are held, if not where they are at rest."""
+    held = np.where(at.blocked, at.loads.held, 0.0)
+    return {name: float(value) for name, value in zip(COMPONENTS, held, strict=True) if value}
 
 
 def _reaction(at: Configuration, equilibrium: Equilibrium) -> dict[str, float]:

@@ -18,10 +18,11 @@ from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.limits.report import without_rounding
 from pneumorph.limits.table import BY_NAME
-from pneumorph.mechanics import Rubber, rubbers_of
+from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, part_note, warnings_of
 from pneumorph.problem import Problem, Reinforcement, load, reinforcements
+from pneumorph.problem.acting import words_of_gravity, words_of_own, words_of_plate
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.doubts import doubts
 from pneumorph.problem.reinforcement import data_of
@@ -139,11 +140,7 @@ def _description(at: AnalysedBody) -> Iterator[tuple[str, str]]:
 def _numbers(at: AnalysedBody) -> list[str]:
     problem, space = at.problem, at.space
     table, model = problem.model_dump(), at.disc.model
-    springs = table["end_effector"]["spring"]
-    effector = problem.end_effector
-    springs_shown = [f"{name} spring {springs[name]}" for name, value in effector.spring if value > 0]
-    pulled = [f"{key} {table['end_effector'][key]}" for key in ("force", "moment") if any(getattr(effector, key))]
-    gravity = table.get("gravity")
+    broken = breaking_loads(problem)
     chosen = ""
     if problem.mesh.element == "auto" and model.mixed:
         most = max(rubber.bulk_modulus / rubber.shear_modulus for rubber in model.rubbers.values())
@@ -156,8 +153,10 @@ def _numbers(at: AnalysedBody) -> list[str]:
         + part_note(model.part),
         *_rubbers(table, list(model.rubbers.values())),
         *(f"{each.name:9} {each.words}{_ranges(each)}" for each in reinforcements(problem)),
-        f"tip       {', '.join([effector.kind, *springs_shown, *pulled])}",
-        "gravity   " + (f"{gravity['acceleration']} along {gravity['direction']}" if gravity else "none"),
+        f"tip       {', '.join([problem.end_effector.kind, *words_of_plate(problem.end_effector)])}",
+        f"gravity   {words_of_gravity(problem.gravity)}",
+        *(f"loads     of task {task.name}: {words}" for task in problem.task if (words := words_of_own(task))),
+        *(f"symmetry  about {plane} is not used: the {' and '.join(keys)} breaks it" for plane, keys in broken.items()),
     ]
 
 

@@ -85,9 +85,10 @@ def simulate(
     block: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="MOTION",
+            metavar="MOTION[=VALUE]",
             help="Block a motion of the plate and report the force or torque on the block: shift_x, shift_y, axial (or "
-            "extension), bending_x, bending_y, torsion (or twist), all; repeatable.",
+            "extension), bending_x, bending_y, torsion (or twist), all; held at a value, bending_y=30deg, or along a "
+            "sweep, axial=0:4:1mm; repeatable.",
         ),
     ] = None,
     json: Annotated[Path | None, typer.Option(help="Write the steps to this file as JSON.")] = None,

@@ -24,6 +24,7 @@ from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.format import SELF_INTERSECTS, format_pressures, part_note
 from pneumorph.problem import Task
+from pneumorph.problem.components import is_turn
 from pneumorph.results import SweepStep
 
 
@@ -56,7 +57,7 @@ def simulate(
     one_by_one : bool
         Whether chambers are swept one after another.
     block : list of str
-        Motions of the plate that are blocked.
+        Motions of the plate that are held, "axial", "axial=2mm" or "axial=0:4:1mm".
     files : {"--json", "--csv", "--png": Path or None}
         Output files.
     number : int or None
@@ -159,6 +160,7 @@ LEAST = 1e-6
 def _row(step: SweepStep, task: Task) -> Text:
     moved = "".join(f", {name} moved by {_vector(by, 3)} mm" for name, by in step.moves.items())
     moved += "".join(f", {name} turned by {_vector(np.degrees(by), 2)}°" for name, by in step.turns.items())
+    moved += "".join(f", {name} held at {_held(name, at)}" for name, at in step.holds.items())
     head = f"{step.task}, {format_pressures(step.pressures)}{moved}: "
     if not step.converged:
         return Text(head + step.reason, style="red")
@@ -192,6 +194,11 @@ def _row(step: SweepStep, task: Task) -> Text:
 def _vector(parts: Iterable[float], digits: int) -> str:
     """Three numbers, rounded before they are written, so that no -0.000 is shown."""
     return f"({', '.join(f'{round(float(part), digits) + 0.0:.{digits}f}' for part in parts)})"
+
+
+def _held(component: str, value: float) -> str:
+    """Where a motion of the plate is held."""
+    return f"{np.degrees(value):.4g}°" if is_turn(component) else f"{value:.4g} mm"
 
 
 def _check(option: str, path: Path | None) -> list[Path]:

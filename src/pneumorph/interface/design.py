@@ -151,7 +151,8 @@ class Design:
             Constant or swept pressures; constant ones also as pint quantities. Other chambers have the pressures of the
             design. Swept chambers change together.
         block : str or several
-            Motions of the plate to block: "axial", "bending_x", …, or "all". Steps then have the reactions.
+            Motions of the plate to hold: "axial", "bending_x", …, or "all" where they are at rest, or at a value such
+            as "bending_y=30 deg" or along a sweep such as "axial=0:4:1 mm". Steps then have the reactions.
         one_by_one : bool
             Sweep one chamber after another, while the others stay at the start of their sweeps.
         task : str, by default all
@@ -288,7 +289,7 @@ class Design:
         if chosen not in FORMATS:
             raise ProblemError(f'format: "{chosen}" is not a known format; use one of {", ".join(FORMATS)}')
         name = self._task(task)
-        export(Path(path), chosen, self.problem, self.fields, self.pressures[name])
+        export(Path(path), chosen, self.problem, self.fields, self.pressures[name], name)
 
     def plot(
         self,

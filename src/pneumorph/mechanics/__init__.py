@@ -24,7 +24,7 @@ from pneumorph.mechanics.solve.equilibrium import (
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction_sweep import sweep_with_friction
 from pneumorph.mechanics.solve.lateral import Softest, lateral_models, masses_of, softest
-from pneumorph.mechanics.solve.mirror import mirrors_of
+from pneumorph.mechanics.solve.mirror import breaking_loads, mirrors_of
 from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
@@ -50,6 +50,7 @@ __all__ = [
     "State",
     "Tangent",
     "Whole",
+    "breaking_loads",
     "build_loads",
     "build_model",
     "configure",

@@ -42,6 +42,7 @@ from pneumorph.problem import (
     reinforcements,
 )
 from pneumorph.problem import Reinforcement as ReinforcementSpec
+from pneumorph.problem.acting import Acting, acting, has_weight
 from pneumorph.problem.components import POSE
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from pneumorph.problem.materials import materials
@@ -105,7 +106,7 @@ def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | No
     mixed = problem.mesh.element == "mixed" or (
         problem.mesh.element == "auto" and any(asks_for_mixed(solid) for solid in own.values())
     )
-    plate, weight = problem.end_effector.kind == "plate", problem.gravity is not None
+    plate, weight = problem.end_effector.kind == "plate", has_weight(problem)
     rubber = rubbers or (own if mesh.regions else own[REST])
     contact = contact_of(problem, mesh, own[REST])
     softest = min(solid.shear_modulus for solid in own.values())
@@ -244,6 +245,7 @@ def loads_of(
     pressures: dict[str, float],
     moves: Moves = NO_MOVES,
     reinforcement: np.ndarray | None = None,
+    under: Acting | None = None,
 ) -> Loads:
     """The loads of a problem at chamber pressures, poses of obstacles, and changes of sheets and fibres.
 
@@ -258,20 +260,22 @@ def loads_of(
         Poses, mm and rad; the others are in their places.
     reinforcement : (R, 2) array, optional
         See `Loads.reinforcement`.
+    under : Acting, optional
+        Weight and loads of the plate; by default those that tasks have without loads of their own.
     """
-    effector, gravity = problem.end_effector, problem.gravity
-    spring = effector.spring
+    under = under or acting(problem)
     return build_loads(
         model,
         pressures,
-        acceleration=None if gravity is None else gravity.acceleration * np.asarray(gravity.direction),
-        spring=np.array([getattr(spring, component) for component in COMPONENTS]),
-        wrench=np.array([*effector.force, *effector.moment]),
+        acceleration=np.array(under.acceleration),
+        spring=np.array([getattr(under.spring, component) for component in COMPONENTS]),
+        wrench=np.array(under.wrench),
         moves=moves,
         reinforcement=reinforcement,
+        held=np.array([under.hold.values.get(component, 0.0) for component in COMPONENTS]),
     )
 
 
-def guided_of(problem: Problem) -> np.ndarray:
-    """The plate components (6,) bool that the guide of the problem holds (`end_effector.hold`)."""
-    return np.isin(COMPONENTS, problem.end_effector.hold)
+def guided_of(problem: Problem, under: Acting | None = None) -> np.ndarray:
+    """The plate components (6,) bool that a guide holds, of a task or by `end_effector.hold`."""
+    return np.isin(COMPONENTS, list((under or acting(problem)).hold.values))

@@ -30,6 +30,7 @@ from pneumorph.output.scenes import Scene, gravity_of, highest_stretch
 from pneumorph.output.shell import shell_of
 from pneumorph.output.view import Job, Shape, View
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import like_first
 from pneumorph.results import Fields, HistoryEntry, TaskResult, nodal_stretch
 
 DOTS = 140
@@ -106,7 +107,9 @@ def evolution(problem: Problem, bodies: Sequence[tuple[HistoryEntry, Body]], vie
         names = [f"{task.name} " for task in problem.task] if len(motions) > 1 else [f"{motions[0].word} "]
         words = ", ".join(f"{name}{motion}" for name, motion in zip(names, motions, strict=True))
         title = f"design {entry.iteration} at rest\n{words}"
-        scenes.append(Scene(title, shell_of(body), view or view_of(problem), gravity=gravity_of(problem)))
+        scenes.append(
+            Scene(title, shell_of(body), view or view_of(problem), gravity=gravity_of(problem, problem.task[0]))
+        )
     seconds = [min(SHORT, LONG / len(scenes))] * (len(scenes) - 1) + [STAY]
     return Film(scenes, seconds, False, (1.0, 1.0), problem.title)
 
@@ -130,10 +133,10 @@ def inflation(problem: Problem, fields: Fields, result: TaskResult, name: str, v
             shape,
             view,
             marks,
-            gravity_of(problem),
+            gravity_of(problem, task),
             coverings=coverings_of(problem, shape.mesh, shape.u),
         )
-        for pressures, shape in _way(fields.whole(), result, name)
+        for pressures, shape in _way(problem, fields.whole(), result, name)
     ]
     seconds = [SHORT] * (len(scenes) - 1) + [STAY]
     stretch = 1.0, highest_stretch(scene.shape for scene in scenes)
@@ -167,11 +170,12 @@ def _drawn(figure: Figure) -> Image.Image:
     return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
-def _way(fields: Fields, result: TaskResult, name: str) -> Iterator[tuple[dict[str, float], Shape]]:
+def _way(problem: Problem, fields: Fields, result: TaskResult, name: str) -> Iterator[tuple[dict[str, float], Shape]]:
     """The states of a task by rising pressures, in MPa; the cut face has no colours, as nothing is stored inside."""
     mesh, full = fields.mesh, fields.u[name]
     rest = np.zeros_like(full) if fields.sag is None else fields.sag
-    yield dict.fromkeys(result.pressures, 0.0), Shape(mesh, rest, nodal_stretch(mesh, rest), inside=False)
+    if like_first(problem, name):
+        yield dict.fromkeys(result.pressures, 0.0), Shape(mesh, rest, nodal_stretch(mesh, rest), inside=False)
     if name in fields.inflation:
         way = fields.inflation[name]
         for part, u, stretch in zip(way.parts, way.u, way.stretch, strict=True):

@@ -12,9 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from pneumorph.analysis import Curve
+from pneumorph.analysis.pressures import HELD
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.figures import COLOURS, COLUMN, PAGE, SMALL, TEXT, Figure, plain
 from pneumorph.output.sweeps import AXES, reactions, touched
+from pneumorph.problem.components import MOTION_OF, is_turn
+from pneumorph.problem.objectives.words import MOTION_WORDS
 from pneumorph.results import SweepStep
 
 DASHES = ("-", "--", ":", "-.")
@@ -128,10 +131,13 @@ def _draw(axes: Axes, diagram: Diagram, curves: Sequence[Curve]) -> None:
 
 
 def _along(curve: Curve, step: SweepStep) -> float:
-    """Pressure of the first swept chamber, kPa, or motion of the obstacle that is swept first, mm or degrees."""
+    """What is swept first: pressure of a chamber, kPa, motion of an obstacle or of the plate, mm or degrees."""
     first = curve.swept[0]
     if first in step.pressures:
         return 1e3 * step.pressures[first]
+    if first.startswith(HELD):
+        value = step.holds.get(first.removeprefix(HELD), 0.0)
+        return np.degrees(value) if is_turn(first.removeprefix(HELD)) else value
     name, motion = first.rsplit(".", 1)
     given = step.turns if motion.startswith("turn_") else step.moves
     part = given.get(name, (0.0, 0.0, 0.0))[AXES.index(motion[-1])]
@@ -146,6 +152,10 @@ def _pressure(curves: Sequence[Curve]) -> str:
         if len(moved) > 1 or len({curve.swept[0] for curve in curves}) > 1:
             return "pressure, kPa, displacement, mm, or turn, °"
         name = moved.pop()
+        if name.startswith(HELD):
+            component = name.removeprefix(HELD)
+            words = MOTION_WORDS[MOTION_OF.get(component, component)]
+            return f"{words} of the tip, {'°' if is_turn(component) else 'mm'}"
         return f"turn {name}, °" if ".turn_" in name else f"displacement {name}, mm"
     if len(swept) > 1:
         return "pressure of the swept chamber, kPa"

@@ -13,6 +13,7 @@ from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.output.formats.abaqus import abaqus_input
 from pneumorph.output.grid import grid
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import acting
 from pneumorph.problem.materials import materials
 from pneumorph.results import Fields
 
@@ -25,7 +26,9 @@ def formats_of(rubber: Rubber) -> tuple[str, ...]:
     return tuple(format for format in FORMATS if format != "inp" or rubber.isochoric is neo_hookean)
 
 
-def export(path: Path, format: str, problem: Problem, fields: Fields, pressures: Mapping[str, float]) -> None:
+def export(
+    path: Path, format: str, problem: Problem, fields: Fields, pressures: Mapping[str, float], task: str | None = None
+) -> None:
     """Write a design to a file.
 
     Parameters
@@ -35,6 +38,8 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
     problem, fields : problem and fields of the design; for part of a body the whole is written.
     pressures : {chamber: MPa}
         Pressures of the load case in an input file ("inp").
+    task : str, optional
+        The task that has the other loads of that case; by default those that tasks have without loads of their own.
 
     Raises
     ------
@@ -60,7 +65,9 @@ def export(path: Path, format: str, problem: Problem, fields: Fields, pressures:
                 named.replace(place)
             return
         model = model_of(problem, whole.mesh)
-        at = configure(model, whole.mesh.points, loads_of(problem, model, dict(pressures)), guided_of(problem))
+        under = acting(problem, next((each for each in problem.task if each.name == task), None))
+        given = loads_of(problem, model, dict(pressures), under=under)
+        at = configure(model, whole.mesh.points, given, guided_of(problem, under))
         write_bytes(path, abaqus_input(whole.mesh, at).encode("ascii"))
     except OSError as error:
         raise ProblemError(f"{path}: cannot be written ({error.strerror}); name another file") from None

@@ -20,6 +20,7 @@ from pneumorph.objective.kinds.kind import Target
 from pneumorph.output.figures import INK, SMALL
 from pneumorph.output.view import Shape, Shell, View
 from pneumorph.problem import Problem, Task
+from pneumorph.problem.acting import acting
 from pneumorph.results import TaskResult
 
 LOAD = "#7b2d8b"
@@ -79,11 +80,11 @@ class Marks:
         return np.concatenate([*arrows, self.target, self.wanted, self.place, self.looks])
 
 
-def loads_at(problem: Problem, tip: np.ndarray) -> list[Arrow]:
-    """Force and moment on the plate, whose centre is at `tip` (3,)."""
-    effector, length = problem.end_effector, ARROW * problem.body.length
+def loads_at(problem: Problem, task: Task, tip: np.ndarray) -> list[Arrow]:
+    """Force and moment on the plate in a task, the centre of which is at `tip` (3,)."""
+    loads, length = acting(problem, task), ARROW * problem.body.length
     arrows = []
-    for given, unit, heads in ((effector.force, "N", 1), (effector.moment, "N·mm", 2)):
+    for given, unit, heads in ((loads.force, "N", 1), (loads.moment, "N·mm", 2)):
         size = float(np.linalg.norm(given))
         if size:
             arrows.append(Arrow(tip, length / size * np.array(given), f"{size:.3g} {unit}", heads))
@@ -102,7 +103,7 @@ def task_marks(problem: Problem, task: Task, result: TaskResult) -> Marks:
         at = tip if place is None else place
         looks = np.array([at, at + ARROW * length * target.axis])
     return Marks(
-        loads_at(problem, tip),
+        loads_at(problem, task, tip),
         target.line,
         target.sections,
         reached,

@@ -17,6 +17,7 @@ from pneumorph.objective.kinds import target_of
 from pneumorph.output.cuts import view_of
 from pneumorph.output.format import format_data, format_duration, format_pressures, warnings_of
 from pneumorph.problem import Problem, Task
+from pneumorph.problem.acting import acting, words_of_own
 from pneumorph.results import HistoryEntry, TaskResult, to_json
 from pneumorph.run import RunDirectory
 
@@ -33,15 +34,15 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
     if result is not None and result.iterations < history[-1].iteration:
         # It is from before the run was resumed.
         result = None
-    view, effector = view_of(problem), problem.end_effector
+    view, effector, loads = view_of(problem), problem.end_effector, acting(problem, problem.task[0])
     return {
         "title": problem.title or run.path.resolve().name,
         "made_by": f"pneumorph {pneumorph.__version__}",
         "directory": run.path.resolve().name,
         "length": problem.body.length,
-        "gravity": None if problem.gravity is None else list(problem.gravity.direction),
+        "gravity": None if loads.gravity is None else list(loads.gravity.direction),
         "plate": effector.kind == "plate",
-        "force": list(effector.force),
+        "force": list(loads.force),
         "envelope": None if problem.limits.envelope is None else problem.limits.envelope.radius,
         "view": {"normal": view.normal.tolist(), "offset": view.offset},
         "tasks": [_task(problem, task) for task in problem.task],
@@ -71,7 +72,16 @@ def _entry(problem: Problem, entry: HistoryEntry) -> dict[str, Any]:
 
 
 def _task(problem: Problem, task: Task) -> dict[str, Any]:
-    return {"name": task.name, "weight": task.weight, "kind": task.objective.kind, "target": _target(problem, task)}
+    loads = acting(problem, task)
+    return {
+        "name": task.name,
+        "weight": task.weight,
+        "kind": task.objective.kind,
+        "target": _target(problem, task),
+        "force": list(loads.force),
+        "gravity": None if loads.gravity is None else list(loads.gravity.direction),
+        "loads": words_of_own(task),
+    }
 
 
 def _target(problem: Problem, task: Task) -> dict[str, Any] | None:

@@ -15,6 +15,7 @@ from pneumorph.output.obstacles import shells_of, views_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
 from pneumorph.output.tube.nets import told_as_tube
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import acting_in, like_first
 from pneumorph.results import Fields, HistoryEntry, SweepStep, TaskResult, nodal_stretch
 from pneumorph.run import RunDirectory
 
@@ -138,10 +139,9 @@ def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> 
     """A task's states by rising pressures, as far as stored; below the full pressures only the surfaces are known."""
     pressures = entry.tasks[task].pressures
     nothing, rest = dict.fromkeys(pressures, 0.0), np.zeros_like(fields.mesh.points)
-    loaded = problem.gravity is not None or any((*problem.end_effector.force, *problem.end_effector.moment))
-    if fields.sag is not None:
+    if fields.sag is not None and like_first(problem, task):
         yield Stop(nothing, fields.sag, nodal_stretch(fields.mesh, fields.sag), _moved(problem, task, None, 0.0))
-    elif not loaded:
+    elif not acting_in(problem)[task].moves:
         yield Stop(nothing, rest, np.ones(len(rest)), {})
     if task in fields.inflation:
         way, skin = fields.inflation[task], fields.skin

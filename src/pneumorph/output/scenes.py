@@ -13,7 +13,8 @@ from pneumorph.output.marks import Marks, clamp_of, loads_at, task_marks
 from pneumorph.output.obstacles import obstacles_of
 from pneumorph.output.reinforcements import coverings_of
 from pneumorph.output.view import Covering, Shape, Shell, View
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, Task
+from pneumorph.problem.acting import acting
 from pneumorph.results import Fields, TaskResult
 
 MOST = 0.998
@@ -70,7 +71,7 @@ def scenes_of(
     only : a task, to leave out the others.
     """
     whole = fields.whole()
-    mesh, gravity = whole.mesh, gravity_of(problem)
+    mesh, gravity = whole.mesh, gravity_of(problem, problem.task[0])
     obstacles = obstacles_of(problem, mesh.points)
     tasks = [task for task in problem.task if only in (None, task.name)]
     views = {task.name: view or task_view(problem, task, results[task.name]) for task in tasks}
@@ -84,7 +85,7 @@ def scenes_of(
     scenes = [Scene("at rest", Shape(mesh, still), entire, Marks(), gravity, obstacles, coverings)]
     if whole.sag is not None:
         tip = _tip(problem, whole)
-        marks = Marks([] if first.along else loads_at(problem, tip), outlined=True)
+        marks = Marks([] if first.along else loads_at(problem, problem.task[0], tip), outlined=True)
         sagged = coverings_of(problem, mesh, whole.sag)
         scenes.append(Scene(_loaded(problem), Shape(mesh, whole.sag), first, marks, gravity, obstacles, sagged))
     for task in tasks:
@@ -98,7 +99,8 @@ def scenes_of(
         # Seen along the axis, what is marked would lie in front of the cut.
         marks = Marks(outlined=True) if own_view.along else task_marks(problem, task, result)
         there = obstacles_of(problem, mesh.points, task, result)
-        scenes.append(Scene(words, shape, own_view, marks, gravity, there, coverings_of(problem, mesh, shape.u)))
+        down, along = gravity_of(problem, task), coverings_of(problem, mesh, shape.u)
+        scenes.append(Scene(words, shape, own_view, marks, down, there, along))
     return scenes
 
 
@@ -108,18 +110,20 @@ def highest_stretch(shapes: Iterable[Shape | Shell]) -> float:
     return max((float(np.quantile(each, MOST)) for each in fields), default=1.0)
 
 
-def gravity_of(problem: Problem) -> np.ndarray | None:
-    """The direction (3,) of gravity, None without."""
-    return np.array(problem.gravity.direction) if problem.gravity and problem.gravity.acceleration else None
+def gravity_of(problem: Problem, task: Task) -> np.ndarray | None:
+    """The direction (3,) of gravity in a task, None without."""
+    gravity = acting(problem, task).gravity
+    return None if gravity is None else np.array(gravity.direction)
 
 
 def _loaded(problem: Problem) -> str:
     """The title of a body that is not inflated: by what it is loaded."""
-    effector = problem.end_effector
-    loads = ["force"] if any(effector.force) else []
-    loads += ["moment"] if any(effector.moment) else []
-    words = ["its weight"] if gravity_of(problem) is not None else []
+    given = acting(problem, problem.task[0])
+    loads = ["force"] if any(given.force) else []
+    loads += ["moment"] if any(given.moment) else []
+    words = ["its weight"] if given.gravity is not None else []
     words += [f"the {' and '.join(loads)} on its tip"] if loads else []
+    words += ["what holds its tip"] if any(given.hold.values.values()) else []
     return f"under {' and '.join(words)}, not inflated"
 
 

@@ -9,6 +9,7 @@ from math import degrees, isnan, nan
 
 from pneumorph.analysis import Curve
 from pneumorph.mechanics import COMPONENTS
+from pneumorph.problem.components import is_turn
 from pneumorph.results import SweepStep
 
 AXES = ("x", "y", "z")
@@ -32,6 +33,7 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     header += [f"pressure_{name}_kPa" for name in chambers]
     header += [f"move_{name}_{axis}_mm" for name in _moved(curves) for axis in AXES]
     header += [f"turn_{name}_{axis}_deg" for name in _turned(curves) for axis in AXES]
+    header += [f"held_{name}_{'deg' if is_turn(name) else 'mm'}" for name in _held(curves)]
     header += [f"translation_{axis}_mm" for axis in AXES]
     header += [f"rotation_{axis}_deg" for axis in AXES]
     header += [f"reaction_{name}_{UNITS[name].replace('*', '_')}" for name in blocked]
@@ -72,6 +74,12 @@ def _turned(curves: Sequence[Curve]) -> list[str]:
     return list(dict.fromkeys(name for curve in curves for step in curve.steps for name in step.turns))
 
 
+def _held(curves: Sequence[Curve]) -> list[str]:
+    """The components of the plate that some step holds where they are not at rest."""
+    held = {name for curve in curves for step in curve.steps for name in step.holds}
+    return [name for name in COMPONENTS if name in held]
+
+
 def _free(curves: Sequence[Curve]) -> list[str]:
     """The free obstacles of a problem."""
     return list(dict.fromkeys(name for curve in curves for step in curve.found for name in step.pose_translations))
@@ -87,6 +95,7 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], cur
         *(1e3 * step.pressures[name] for name in chambers),
         *(part for name in _moved(curves) for part in step.moves.get(name, (0.0, 0.0, 0.0))),
         *(degrees(part) for name in _turned(curves) for part in step.turns.get(name, (0.0, 0.0, 0.0))),
+        *(degrees(at) if is_turn(name) else at for name in _held(curves) for at in [step.holds.get(name, 0.0)]),
         *step.translation,
         *map(degrees, step.rotation),
         *(step.reaction.get(name, nan) for name in blocked),

@@ -1,9 +1,7 @@
 """Names of the plate's six components, used for springs, guides and blocked motions, and of motions in objectives."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
-
-from pydantic import BeforeValidator
+from typing import Any
 
 from pneumorph.problem.table import InvalidKey
 
@@ -20,6 +18,11 @@ def component_of(name: Any) -> Any:
 
 MOTIONS = ("shift_x", "shift_y", "extension", "bending_x", "bending_y", "twist")
 """The motions of the tip: along x, y, z in mm, and about x, y, z in rad."""
+
+
+def is_turn(name: str) -> bool:
+    """Whether a motion of the tip, or a component of the plate, is one about an axis."""
+    return name.startswith("bending") or component_of(name) == "torsion"
 
 
 POSE = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
@@ -40,8 +43,3 @@ def renamed(data: Any, names: Mapping[str, str]) -> Any:
         if accepted in data and own in data:
             raise InvalidKey(accepted, f"is the same as {own}; give only one of them")
     return {names.get(key, key) if isinstance(key, str) else key: value for key, value in data.items()}
-
-
-Component = Annotated[
-    Literal["shift_x", "shift_y", "axial", "bending_x", "bending_y", "torsion"], BeforeValidator(component_of)
-]

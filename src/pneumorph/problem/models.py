@@ -10,8 +10,8 @@ from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, Strict, model
 from pydantic_core import CoreSchema
 
 from pneumorph import units
-from pneumorph.errors import Renamed
-from pneumorph.problem.components import COMPONENT_OF, Component, renamed
+from pneumorph.errors import Renamed, short
+from pneumorph.problem.components import COMPONENT_OF, component_of, is_turn, renamed
 from pneumorph.problem.directions import Direction, Number, unit_vector
 from pneumorph.problem.envelope import Envelope
 from pneumorph.problem.names import Name
@@ -62,32 +62,74 @@ class Spring(Table):
         return renamed(data, COMPONENT_OF)
 
 
-def _guided(names: Any) -> Any:
-    """The motions in a list; a table of motions with their amounts is what people try."""
-    if isinstance(names, dict | str):
-        raise ValueError(
-            'is a list of motions that a guide keeps at zero, e.g. hold = ["bending_y"]; for one that the tip is to '
-            'reach, give the objective { kind = "motion", bending_y = "30 deg" }'
-        )
-    return names
+Angle = Annotated[float, Quantity(units.ANGLE)]
+Vector = tuple[Force, Force, Force]
+
+
+class Hold(Table):
+    """Motions of the end-effector that a guide holds, each at a value: mm along x, y, z and rad about x, y, z.
+
+    The angles are components of the plate's rotation vector. A list of names, `["axial", "bending_x"]`, holds these
+    where they are at rest. `axial` may also be written `extension`, and `torsion` `twist`.
+    """
+
+    shift_x: Length | None = None
+    """Where the motion along x is held."""
+    shift_y: Length | None = None
+    """Where the motion along y is held."""
+    axial: Length | None = None
+    """Where the motion along z is held."""
+    bending_x: Angle | None = None
+    """Where the rotation about x is held."""
+    bending_y: Angle | None = None
+    """Where the rotation about y is held."""
+    torsion: Angle | None = None
+    """Where the rotation about z is held."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_the_names_of_motions(cls, data: Any) -> Any:
+        if isinstance(data, str):
+            raise ValueError(
+                'is a list of motions that a guide keeps where they are at rest, e.g. hold = ["bending_y"], or a table '
+                'with the values at which it holds them, e.g. hold = { bending_y = "30 deg" }; for one that the tip is '
+                'to reach, give the objective { kind = "motion", bending_y = "30 deg" }'
+            )
+        if not isinstance(data, (list, tuple)):
+            return renamed(data, COMPONENT_OF)
+        wrong = [name for name in data if component_of(name) not in cls.model_fields]
+        if wrong:
+            known = ", ".join(cls.model_fields)
+            raise ValueError(f'"{short(wrong[0])}" is not a motion of the plate; use some of {known}')
+        return {component_of(name): "0 rad" if is_turn(name) else "0 mm" for name in data}
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The motions that are held, each with its value in mm or rad."""
+        return {name: value for name, value in self if value is not None}
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        names = {"type": "array", "items": {"enum": [*cls.model_fields, *COMPONENT_OF]}, "maxItems": 12}
+        return {"anyOf": [names, handler(schema)]}
 
 
 class EndEffector(Table):
     """What the tip carries: a rigid plate with springs, a force (N) and a moment (N·mm), or nothing ("free").
 
-    `hold` lists motions of the plate that a guide prevents; "axial" may also be written "extension", "torsion" "twist".
+    `hold` has motions of the plate that a guide prevents, or holds at a value.
     """
 
     kind: Literal["plate", "free"] = "plate"
     """A rigid plate that is bonded to the tip, or a free tip."""
     spring: Spring = Spring()
     """Springs from the plate to the ground."""
-    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    force: Vector = (0.0, 0.0, 0.0)
     """Dead force on the plate: x, y, z."""
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
     """Moment on the plate about x, y, z."""
-    hold: Annotated[tuple[Component, ...], Field(max_length=12), BeforeValidator(_guided)] = ()
-    """Motions of the plate that a guide blocks."""
+    hold: Hold = Hold()
+    """Motions of the plate that a guide holds: a list of names, or a table with the values at which they are held."""
 
     @model_validator(mode="after")
     def _nothing_on_a_free_tip(self) -> "EndEffector":
@@ -98,12 +140,27 @@ class EndEffector(Table):
 
 
 class Gravity(Table):
-    """Acceleration in mm/s², and its direction, which is normalised."""
+    """Acceleration in mm/s², and its direction, which is normalised; the word "none" stands for no acceleration."""
 
     acceleration: Annotated[float, Quantity(units.ACCELERATION, "not negative")] = units.STANDARD_GRAVITY
     """Magnitude of the acceleration."""
     direction: Annotated[Direction, Example("e.g. direction = [0, 0, -1]")]
     """Its direction, of any length; the body's axis is z, from the base to the tip."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _or_none(cls, data: Any) -> Any:
+        return {"acceleration": "0 m/s^2", "direction": [0, 0, -1]} if data == "none" else data
+
+    @property
+    def vector(self) -> tuple[float, float, float]:
+        """The acceleration with its direction, mm/s²."""
+        x, y, z = self.direction
+        return self.acceleration * x, self.acceleration * y, self.acceleration * z
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"anyOf": [{"const": "none"}, handler(schema)]}
 
     @model_validator(mode="after")
     def _unit_direction(self) -> "Gravity":
@@ -125,7 +182,11 @@ class Pressure(Variable):
 
 
 class Task(Table):
-    """One task: the pressures of the chambers, and an objective."""
+    """One task: the pressures of the chambers, and an objective.
+
+    A task may have loads of its own: each of `force`, `moment`, `spring`, `hold` and `gravity` takes the place of what
+    [end_effector] or [gravity] say, as a whole.
+    """
 
     name: Annotated[Name, Example('e.g. name = "extend"')]
     """By which results name the task."""
@@ -153,6 +214,16 @@ class Task(Table):
         | None
     ) = None
     """Rotation vectors of obstacles, about the centre, point or position of each."""
+    force: Vector | None = None
+    """Dead force on the plate in this task: x, y, z; by default that of [end_effector]."""
+    moment: tuple[Moment, Moment, Moment] | None = None
+    """Moment on the plate in this task about x, y, z; by default that of [end_effector]."""
+    spring: Spring | None = None
+    """Springs from the plate to the ground in this task; by default those of [end_effector]."""
+    hold: Hold | None = None
+    """Motions of the plate that are held in this task; by default those of [end_effector]."""
+    gravity: Gravity | None = None
+    """Gravity in this task, a table as [gravity], or "none"; by default that of [gravity]."""
     objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
     """The objective of the shape and the free pressures."""
 

@@ -238,6 +238,8 @@ class SweepStep:
     buckled : {chamber: MPa}
         Pressures between those of the step before and its own at which the body has buckled or snapped through; else
         empty.
+    holds : {component: mm or rad}
+        Where motions of the plate are held, if not where they are at rest.
     """
 
     task: str
@@ -263,6 +265,7 @@ class SweepStep:
     turns: Mapping[str, Vector] = field(metadata={"key": "turn_rad"}, default_factory=dict)
     self_intersecting: bool = False
     buckled: Mapping[str, float] = field(metadata={"key": "buckled_MPa"}, default_factory=dict)
+    holds: Mapping[str, float] = field(default_factory=dict)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")
@@ -271,7 +274,7 @@ Record = TypeVar("Record", bound="DataclassInstance")
 def to_json(record: Any) -> dict[str, Any]:
     """A record as a JSON object: plain values by their keys, null for NaN and infinity."""
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
-    for key in ("region_stretches", "reinforcements", "self_intersecting", "buckled_MPa"):
+    for key in ("region_stretches", "reinforcements", "self_intersecting", "buckled_MPa", "holds"):
         if not content.get(key, True):
             del content[key]
     if isinstance(record, TaskResult) and not record.contact:

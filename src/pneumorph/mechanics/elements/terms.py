@@ -19,7 +19,7 @@ class Loads(NamedTuple):
     `shift` (K, 6) are the poses of rigid obstacles, in the order of `Contact.obstacles`: the displacement of each from
     its place in mm, and its rotation vector about its centre in rad; see `pose.py`. `reinforcement` (R, 2) are
     changes of the stiffness, N/mm, and of the coverage of sheets or the winding angle of fibres, rad, in the order of
-    `Model.reinforcements`.
+    `Model.reinforcements`. `held` (6,) are the values at which blocked components of the plate are held, mm and rad.
     """
 
     pressure: Values
@@ -28,6 +28,7 @@ class Loads(NamedTuple):
     wrench: Values
     shift: Values = np.zeros((0, 6))
     reinforcement: Values = np.zeros((0, 2))
+    held: Values = np.zeros(6)
 
 
 class Local(NamedTuple):

@@ -41,17 +41,21 @@ MOST_SHORTENINGS = 20
 
 
 def scaled(full: Loads, fraction: float) -> Loads:
-    """A fraction of the pressures, weights, plate loads and poses of obstacles; springs stay."""
+    """A fraction of the pressures, weights, plate loads, poses of obstacles and held motions; springs stay."""
     return full._replace(
         pressure=full.pressure * fraction,
         acceleration=full.acceleration * fraction,
         wrench=full.wrench * fraction,
         shift=full.shift * fraction,
+        held=full.held * fraction,
     )
 
 
 def unloaded(at: Configuration) -> Configuration:
-    """The same body and springs without pressures, weights and plate loads, and with obstacles in their places."""
+    """The same body and springs without pressures, weights and plate loads, and with obstacles in their places.
+
+    Motions of the plate that are held are held where they are at rest.
+    """
     return replace(at, loads=scaled(at.loads, 0.0))
 
 
@@ -66,6 +70,13 @@ def evaluate(at: Configuration, state: State) -> tuple[float, np.ndarray]:
 def supported(at: Configuration, vector: np.ndarray) -> np.ndarray:
     """A vector (n,) with zeros for constrained unknowns."""
     return np.where(at.constrained, 0.0, vector)
+
+
+def held(at: Configuration, vector: np.ndarray) -> np.ndarray:
+    """Unknowns (n,) with those that are constrained at their values: zero, or where the plate is held."""
+    vector = supported(at, vector)
+    vector[-6:] = np.where(at.blocked, at.loads.held, vector[-6:])
+    return vector
 
 
 def residual_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
@@ -84,7 +95,7 @@ def length(at: Configuration, change: np.ndarray) -> float:
 def applied_force(at: Configuration, state: State) -> float:
     """Norm of the applied nodal forces in N: residuals are relative to it."""
     loads, outer = at.loads, kernels.without_solid(at.model.potential)
-    rest = scaled(loads, 0.0)._replace(shift=loads.shift)
+    rest = scaled(loads, 0.0)._replace(shift=loads.shift, held=loads.held)
     full, internal = (
         at.model.vector(kernels.value_and_residual(outer, at.X, state, each)[1]) for each in (loads, rest)
     )
@@ -94,6 +105,10 @@ def applied_force(at: Configuration, state: State) -> float:
         difference = np.append(
             difference, at.model.vector(kernels.contact_residual(at.model.potential, at.X, state, loads))
         )
+    if np.any(loads.held):
+        # So does a plate that is held elsewhere by the forces on it.
+        residual = kernels.value_and_residual(at.model.potential, at.X, state, loads)[1]
+        difference = np.append(difference, residual.plate[at.blocked])
     # Moments count with a lever of 1 mm; the floor keeps the unloaded body solvable.
     return max(float(np.linalg.norm(difference[np.isfinite(difference)])), 1e-3)
 
@@ -122,7 +137,7 @@ def bulk_over_shear(at: Configuration) -> float:
 
 def relative_residual(at: Configuration, state: State) -> float:
     """Norm of the residual over that of the applied forces."""
-    vector = supported(at, at.model.vector(state))
+    vector = held(at, at.model.vector(state))
     return float(np.linalg.norm(residual_at(at, vector))) / applied_force(at, at.model.state(vector))
 
 

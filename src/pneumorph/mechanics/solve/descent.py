@@ -25,6 +25,7 @@ from pneumorph.mechanics.solve.balance import (
     energy_rounding,
     evaluate,
     free_share,
+    held,
     largest_stretch,
     residual_rounding,
     smallest_ratio,
@@ -84,7 +85,7 @@ def minimise(
         Volume ratios at the quadrature points.
     """
     model = at.model
-    vector = supported(at, model.vector(start))
+    vector = held(at, model.vector(start))
     if not apart(at, vector):
         return INTERPENETRATION
     energy, residual = evaluate(at, model.state(vector))

@@ -49,7 +49,8 @@ SMALLEST_FRACTION = 1 / 20
 """Fraction of the load that is still halved once when the load is stepped up."""
 
 FIRST_RESHAPED, FIRST_MOVED = 1 / 2, 1 / 8
-"""Fractions of the way in the first step: where nodes move from one design to another, and where obstacles move."""
+"""Fractions of the way in the first step: where nodes move from one design to another, and where obstacles or a plate
+that is held move."""
 
 SMALLEST_MOVE = 1e-4
 """`SMALLEST_FRACTION` where obstacles move, which may have to be less than the gap to what they press on."""
@@ -137,6 +138,7 @@ def build_loads(
     wrench: np.ndarray | None = None,
     moves: Mapping[str, Sequence[float]] = MappingProxyType({}),
     reinforcement: np.ndarray | None = None,
+    held: np.ndarray | None = None,
 ) -> Loads:
     """Loads on a model: pressures in MPa by chamber, acceleration (3,) mm/s², springs and wrench (6,) in N, mm, rad.
 
@@ -156,6 +158,8 @@ def build_loads(
         Displacements in mm, or poses with a rotation vector in rad.
     reinforcement : (R, 2) array, optional
         See `Loads.reinforcement`.
+    held : (6,) array, optional
+        Values at which blocked components of the plate are held, mm and rad.
     """
     obstacles = () if model.contact is None else model.contact.obstacles
     zero = np.zeros(6)
@@ -167,6 +171,7 @@ def build_loads(
         wrench=share * np.asarray(zero if wrench is None else wrench, dtype=float),
         shift=np.array([pose_of(moves.get(name, ())) for name in obstacles]).reshape(-1, 6),
         reinforcement=np.zeros((len(model.reinforcements), 2)) if reinforcement is None else reinforcement,
+        held=np.asarray(zero if held is None else held, dtype=float),
     )
 
 
@@ -293,11 +298,11 @@ def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> E
     """
     loads, begin, state = at.loads, unloaded(at), rest(at.model)
     if np.any(loads.acceleration) or np.any(loads.wrench):
-        sagging = replace(at, loads=loads._replace(pressure=0.0 * loads.pressure, shift=0.0 * loads.shift))
+        sagging = replace(at, loads=unloaded(at).loads._replace(acceleration=loads.acceleration, wrench=loads.wrench))
         # Relative to the full load: the forces of a small weight may be lost in rounding errors of the residual.
         near = tolerance * max(1.0, applied_force(at, state) / applied_force(sagging, state))
         sag = _raise(sagging, begin, state, tangent, before, near)
-        if not (np.any(loads.pressure) or np.any(loads.shift)):
+        if not (np.any(loads.pressure) or np.any(loads.shift) or np.any(loads.held)):
             return sag
         # What does not bear its loads without its pressure may bear both together.
         if isinstance(sag, Equilibrium):
@@ -314,7 +319,8 @@ def _raise(
     """
     at, ahead, residual, reached, reason = begin, None, 0.0, 0.0, ""
     reshaped = not np.array_equal(whole.X, begin.X)
-    moving = reshaped or not np.array_equal(whole.loads.shift, begin.loads.shift)
+    still = (np.array_equal(getattr(whole.loads, part), getattr(begin.loads, part)) for part in ("shift", "held"))
+    moving = reshaped or not all(still)
     step = FIRST_RESHAPED if reshaped else FIRST_MOVED if moving else 1.0
     smallest = SMALLEST_MOVE if moving else SMALLEST_FRACTION
     while reached < 1.0:
@@ -372,6 +378,8 @@ def _where(at: Configuration, fraction: float) -> str:
     pressures = at.loads.pressure
     if np.any(at.loads.shift):
         return f"at {fraction:.2g} of the way of the obstacles"
+    if np.any(at.loads.held):
+        return f"at {fraction:.2g} of the way of the plate"
     if not np.any(pressures):
         return f"at {fraction:.2g} of the weight and the plate's loads"
     named = zip(at.model.chambers, pressures, strict=True)

@@ -7,7 +7,12 @@ import numpy as np
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.tangent import NOTHING, Configuration, Tangent, looseness
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.solve.balance import evaluate, free_share, supported
+from pneumorph.mechanics.solve.balance import (
+    evaluate,
+    free_share,
+    held,
+    supported,
+)
 
 MOST_STEPS = 100
 """Most steps on the way down, each of them shorter than a part of the body: what has met nothing then falls past it."""
@@ -43,7 +48,7 @@ def landed(at: Configuration, start: State) -> State:
         return start
     own, stiffness = free[moving], looseness(at)[moving]
     lever = np.sqrt(stiffness / stiffness.min())
-    vector = supported(at, model.vector(start))
+    vector = held(at, model.vector(start))
     energy, residual = evaluate(at, model.state(vector))
     first = np.linalg.norm(residual[own] / lever)
     for _ in range(MOST_STEPS):

@@ -8,13 +8,16 @@ from math import nan
 import numpy as np
 
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import Acting, acting_in
 from pneumorph.problem.mirrored import keeps_regions, keeps_reinforcements
 from pneumorph.symmetry.operations import MIRRORS, operations
 
 Pressures = Mapping[str, float]
 
 
-def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -> tuple[str, ...]:
+def mirrors_of(
+    problem: Problem, pressures: Iterable[Pressures] | None = None, under: Iterable[Acting] | None = None
+) -> tuple[str, ...]:
     """The planes, of "xz" and "yz" in this order, about which a problem is symmetric in shape, loads and objectives.
 
     There are none where anything may touch: a part of a body does not see its other parts. Bodies from files are meshed
@@ -25,11 +28,14 @@ def mirrors_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -
     problem : Problem
     pressures : iterable of {chamber: MPa}, optional
         All that will be applied; by default those of the tasks, where free ones may become unequal in two chambers.
+    under : iterable of Acting, optional
+        All weights and loads of the plate that will act; by default those of the tasks.
     """
     if problem.contact is not None or problem.obstacle or problem.solid is not None:
         return ()
     applied = applied_pressures(problem, pressures)
-    return tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied))
+    loads = list(acting_in(problem).values() if under is None else under)
+    return tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied, loads))
 
 
 def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -> list[Pressures]:
@@ -42,19 +48,31 @@ def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -
     ]
 
 
-def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures]) -> bool:
+def breaking_loads(problem: Problem) -> dict[str, list[str]]:
+    """The loads because of which a body with mirror planes is not solved in part, by the planes that they break."""
+    words: dict[str, list[str]] = {}
+    if problem.contact is not None or problem.obstacle or problem.solid is not None:
+        return words
+    for plane in ("xz", "yz"):
+        mirror = np.array(MIRRORS[plane])
+        if any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry)):
+            words[plane] = [
+                f"{key} of task {name}"
+                for name, loads in acting_in(problem).items()
+                for key in loads.breaking(np.diag(mirror))
+            ]
+    return {plane: found for plane, found in words.items() if found}
+
+
+def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures], under: list[Acting]) -> bool:
     mirror = np.array(MIRRORS[plane])
     # Rotations and moments are axial vectors: a mirror reverses the components that it keeps of other vectors.
     axial = np.prod(mirror) * mirror
-    effector, gravity = problem.end_effector, problem.gravity
-    weight = np.zeros(3) if gravity is None else gravity.acceleration * np.array(gravity.direction)
     return (
         any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
         and keeps_regions(problem, plane)
         and keeps_reinforcements(problem, plane)
-        and not np.any(weight[mirror < 0])
-        and not np.any(np.array(effector.force)[mirror < 0])
-        and not np.any(np.array(effector.moment)[axial < 0])
+        and not any(loads.breaking(np.diag(mirror)) for loads in under)
         and all(task.objective.keeps(mirror.tolist(), axial.tolist()) for task in problem.task)
         and all(
             pressure.get(one, 0.0) == pressure.get(other, 0.0)

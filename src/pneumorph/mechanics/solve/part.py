@@ -8,6 +8,7 @@ import numpy as np
 
 from pneumorph.mechanics.solve.mirror import Pressures, applied_pressures, mirrors_of
 from pneumorph.problem import Problem
+from pneumorph.problem.acting import Acting, acting_in
 from pneumorph.problem.designed import reinforcements, surrounds
 from pneumorph.symmetry.images import image
 from pneumorph.symmetry.operations import operations
@@ -18,7 +19,9 @@ AXIAL = (-1.0, -1.0, 1.0)
 the same after any turn."""
 
 
-def part_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -> Part:
+def part_of(
+    problem: Problem, pressures: Iterable[Pressures] | None = None, under: Iterable[Acting] | None = None
+) -> Part:
     """What of a body is solved: the part between its mirror planes or, where that is smaller, a sector.
 
     Parameters
@@ -26,19 +29,22 @@ def part_of(problem: Problem, pressures: Iterable[Pressures] | None = None) -> P
     problem : Problem
     pressures : iterable of {chamber: MPa}, optional
         See `mirrors_of`.
+    under : iterable of Acting, optional
+        See `mirrors_of`.
     """
     applied = applied_pressures(problem, pressures)
-    mirrors, turns = mirrors_of(problem, applied), turns_of_problem(problem, applied)
+    loads = list(acting_in(problem).values() if under is None else under)
+    mirrors, turns = mirrors_of(problem, applied, loads), turns_of_problem(problem, applied, loads)
     return (sector(turns),) if turns > len(images_of(mirrors)) else mirrors
 
 
-def turns_of_problem(problem: Problem, applied: list[Pressures]) -> int:
+def turns_of_problem(problem: Problem, applied: list[Pressures], under: list[Acting]) -> int:
     """The largest number of turns about z after which shape, loads and objectives are all the same; 1 if there is none.
 
     Each chamber beside the axis has to lie within one of the sectors.
     """
     apart = problem.obstacle or problem.region or problem.solid is not None
-    if apart or not _along_axis(problem) or not surrounds(problem):
+    if apart or not _along_axis(problem, under) or not surrounds(problem):
         return 1
     group = operations(problem.body.symmetry)
     for turns in range(MOST_TURNS, 1, -1):
@@ -49,12 +55,10 @@ def turns_of_problem(problem: Problem, applied: list[Pressures]) -> int:
     return 1
 
 
-def _along_axis(problem: Problem) -> bool:
+def _along_axis(problem: Problem, under: list[Acting]) -> bool:
     """Whether weight, plate loads and objectives have nothing across the axis."""
-    effector, gravity = problem.end_effector, problem.gravity
-    weight = (0.0, 0.0, 0.0) if gravity is None else gravity.direction
-    across = (*weight[:2], *effector.force[:2], *effector.moment[:2])
-    return not any(across) and all(task.objective.keeps(AXIAL, AXIAL) for task in problem.task)
+    across = any(loads.breaking(np.diag(AXIAL)) for loads in under)
+    return not across and all(task.objective.keeps(AXIAL, AXIAL) for task in problem.task)
 
 
 def _turns_chambers(problem: Problem, rotation: np.ndarray, applied: list[Pressures]) -> bool:

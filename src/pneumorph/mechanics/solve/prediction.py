@@ -70,6 +70,8 @@ def guess_after(at: Configuration, state: State, there: Configuration, predicted
 def predict_change(at: Configuration, tangent: Tangent, state: State, there: Configuration) -> State:
     """The state after loads and nodes become those of `there`, to first order. Surfaces may meet in it.
 
+    Where the plate is held it moves as asked, and the rest follows: K du = … − K d̂ for a change d̂ of the held unknowns.
+
     Parameters
     ----------
     at : Configuration
@@ -87,7 +89,13 @@ def predict_change(at: Configuration, tangent: Tangent, state: State, there: Con
         push -= model.vector(products.load_product(model.potential, at.X, state, at.loads, change))
     if there.X is not at.X:
         push -= model.vector(products.shape_product(model.potential, at.X, state, at.loads, there.X - at.X))
-    return model.state(model.vector(state) + tangent.solve_at(at, state, supported(at, push), ENOUGH))
+    begin = model.vector(state)
+    to = np.where(at.blocked, there.loads.held, begin[-6:])
+    if not np.array_equal(to, begin[-6:]):
+        moved = jax.tree.map(np.zeros_like, state)._replace(plate=to - begin[-6:])
+        push -= model.vector(products.tangent_product(model.potential, at.X, state, at.loads, moved))
+        begin[-6:] = to
+    return model.state(begin + tangent.solve_at(at, state, supported(at, push), ENOUGH))
 
 
 def _difference(there: Loads, here: Loads) -> Loads:

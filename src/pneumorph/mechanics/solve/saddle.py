@@ -25,6 +25,7 @@ from pneumorph.mechanics.solve.balance import (
     apart,
     applied_force,
     free_share,
+    held,
     largest_stretch,
     length,
     ratios_at,
@@ -118,7 +119,7 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
         Residual over the applied force at which it ends.
     """
     model = at.model
-    vector = supported(at, model.vector(start.state))
+    vector = held(at, model.vector(start.state))
     if not apart(at, vector):
         return INTERPENETRATION
     residual = residual_at(at, vector)

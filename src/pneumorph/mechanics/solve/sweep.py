@@ -72,8 +72,8 @@ def _without_pressure(at: Configuration, tangent: Tangent) -> tuple[Configuratio
 
 
 def _by_pressure(one: Configuration, other: Configuration) -> bool:
-    """Whether pressures differ, and no obstacle has moved."""
-    same = np.array_equal(one.loads.shift, other.loads.shift)
+    """Whether pressures differ, and neither an obstacle nor a plate that is held has moved."""
+    same = all(np.array_equal(getattr(one.loads, part), getattr(other.loads, part)) for part in ("shift", "held"))
     return same and not np.array_equal(one.loads.pressure, other.loads.pressure)
 
 
@@ -96,6 +96,6 @@ def secant_start(walked: list[tuple[Configuration, State]], at: Configuration) -
 
 
 def _change(one: Loads, other: Loads) -> np.ndarray:
-    """How pressures and the displacements of obstacles change; where all change in proportion units do not matter."""
-    parts = [(one.pressure, other.pressure), (one.shift, other.shift)]
+    """How pressures, obstacles and what is held change; where all change in proportion units do not matter."""
+    parts = [(one.pressure, other.pressure), (one.shift, other.shift), (one.held, other.held)]
     return np.concatenate([np.ravel(np.asarray(b) - np.asarray(a)) for a, b in parts])

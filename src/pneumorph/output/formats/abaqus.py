@@ -104,7 +104,9 @@ def _supports(mesh: TetMesh, at: Configuration) -> Iterator[str]:
     yield "*BOUNDARY"
     yield "BASE, 1, 3"
     for component in np.flatnonzero(at.blocked) if at.model.plate else ():
-        yield f"{(centre, turn)[component // 3]}, {component % 3 + 1}, {component % 3 + 1}"
+        held = float(at.loads.held[component])
+        value = f", {held:.12e}" if held else ""
+        yield f"{(centre, turn)[component // 3]}, {component % 3 + 1}, {component % 3 + 1}{value}"
 
 
 def rubber_lines(mesh: TetMesh, at: Configuration) -> Iterator[str]:

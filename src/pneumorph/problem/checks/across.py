@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from pneumorph.cad.stl import MOST_TRIANGLES
+from pneumorph.problem.acting import acting, faults_of_loads, has_weight
 from pneumorph.problem.body import BodySpec, ChamberSpec
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
@@ -159,11 +160,13 @@ def _symmetry(problem: Tables) -> Iterator[Fault]:
     handed = any(fibres.handed for fibres in problem.fibres)
     for index in twisting:
         task = problem.task[index]
-        if not handed and any(_same_pressures(problem, task, each) for each in images):
+        alike = zip(reflecting, images, strict=True)
+        loads = acting(problem, task)
+        if not handed and any(_same_pressures(problem, task, to) and not loads.breaking(by) for by, to in alike):
             yield (
                 f"task[{index}].objective.{task.objective.twist_key}",
-                "a mirror-symmetric or point-symmetric body does not twist under equally symmetric pressures; leave "
-                'out body.symmetry.mirror and point (half_turn = "x" also keeps both halves alike)',
+                "a mirror-symmetric or point-symmetric body does not twist under equally symmetric pressures and loads"
+                '; leave out body.symmetry.mirror and point (half_turn = "x" also keeps both halves alike)',
             )
 
 
@@ -251,11 +254,12 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
     masses = {part.name: part.free.mass for part in problem.obstacle if part.free}
     free = list(masses)
     for number, obstacle in enumerate(problem.obstacle):
-        if masses.get(obstacle.name) and problem.gravity is None:
+        if masses.get(obstacle.name) and not has_weight(problem):
             yield (
                 f"obstacle[{number}].free.mass",
                 "has no weight without gravity; add a table [gravity], or leave mass out",
             )
+    yield from faults_of_loads(problem)
     for index, task in enumerate(problem.task):
         for name in task.pressure:
             if name not in names:
