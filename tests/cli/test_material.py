@@ -45,7 +45,7 @@ def test_list_as_json(run):
     entries = {entry["name"]: entry for entry in json.loads(result.stdout)}
     assert entries.keys() == library().keys()
     assert entries["Hei-Cast 8400"]["shear_modulus_MPa"] == 0.49
-    assert entries["Hei-Cast 8400"]["exports"] == ["vtu", "inp"] and entries["Ecoflex 00-30"]["exports"] == ["vtu"]
+    assert all(entry["exports"] == ["vtu", "inp", "msh", "feb", "py"] for entry in entries.values())
 
 
 def test_several_modes_weights_and_the_largest_stretch(run, tmp_path):

@@ -72,7 +72,7 @@ def test_exports(start, tmp_path):
     start.export(tmp_path / "named.dat", format="vtu")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["body.dat", "deep", "named.dat"]
     for path, format, words in (
-        (tmp_path / "body.stl", None, 'format: "stl" is not a known format; use one of vtu, inp'),
+        (tmp_path / "body.stl", None, 'format: "stl" is not a known format; use one of vtu, inp, msh, feb, py'),
         (tmp_path, "inp", "cannot be written"),
     ):
         with pytest.raises(ProblemError, match=words):
@@ -80,10 +80,12 @@ def test_exports(start, tmp_path):
 
 
 def test_a_rubber_that_an_input_file_cannot_hold(start, tmp_path):
-    other = pm.starting_design(start.problem.with_changes({"material.name": "Ecoflex 00-30"}))
+    gent = {"model": "gent", "shear_modulus": "0.3 MPa", "limit": 30.0, "bulk_modulus": "30 MPa"}
+    other = pm.starting_design(start.problem.with_changes({"material": gent | {"density": "1.1 g/cm^3"}}))
     alike = pm.Design(other.problem, other.body, other.pressures, stored=start.fields)
-    with pytest.raises(ProblemError, match="neo-Hookean rubbers only; export vtu instead, or step, 3mf and stl"):
+    with pytest.raises(ProblemError, match="cannot hold Gent's model, which body has"):
         alike.export(tmp_path / "body.inp")
+    alike.export(tmp_path / "body.feb")
 
 
 def test_a_sweep(start, tmp_path):

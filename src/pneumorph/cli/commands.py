@@ -141,8 +141,9 @@ def export(
     format: Annotated[
         str | None,
         typer.Option(
-            metavar="vtu|inp",
-            help="vtu for ParaView and VTK, inp for CalculiX and Abaqus; by default the suffix of the file.",
+            metavar="vtu|inp|msh|feb|py",
+            help="vtu for ParaView and VTK, inp for CalculiX and Abaqus, msh for Gmsh, feb for FEBio, py for SOFA; by "
+            "default the suffix of the file.",
         ),
     ] = None,
     task: Annotated[

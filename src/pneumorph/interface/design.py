@@ -268,15 +268,17 @@ class Design:
         Parameters
         ----------
         path : Path
-        format : "vtu" or "inp", by default the suffix of the path
-            "vtu" is for ParaView and VTK, with all data of `mesh`; "inp" an input file for CalculiX and Abaqus.
+        format : "vtu", "inp", "msh", "feb" or "py", by default the suffix of the path
+            "vtu" is for ParaView and VTK, with all data of `mesh` and its faces; "inp" an input file for CalculiX and
+            Abaqus, "feb" one for FEBio 4; "msh" the mesh for Gmsh; "py" a scene for SOFA with SoftRobots.
         task : str, by default the first
-            The task whose loads an input file has.
+            The task whose loads an input file or scene has.
 
         Raises
         ------
         ProblemError
-            If format or task are unknown, the format does not support the rubber, or the file cannot be written.
+            If format or task are unknown, the format does not support the rubber, sheets or springs, or the file cannot
+            be written.
 
         Examples
         --------

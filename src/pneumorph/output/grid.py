@@ -6,6 +6,7 @@ import numpy as np
 import pyvista as pv
 
 from pneumorph.mechanics import rubbers_of
+from pneumorph.mesh import TetMesh
 from pneumorph.problem import Problem
 from pneumorph.problem.regions import REST
 from pneumorph.results import Fields, nodal_stress
@@ -30,6 +31,25 @@ def grid(problem: Problem, fields: Fields) -> pv.UnstructuredGrid:
         cells.point_data[f"{task} stretch"] = fields.stretch[task]
         cells.point_data[f"{task} stress"] = nodal_stress(mesh, u, rubbers)
     return cells
+
+
+def with_faces(body: pv.UnstructuredGrid, mesh: TetMesh) -> pv.UnstructuredGrid:
+    """The grid of a mesh and its faces as quadratic triangles after the tetrahedra.
+
+    Cell data, 1 or 0, say which are "base", "tip", "exterior" and "chamber <name>": thresholds by them select these.
+    """
+    sizes = [len(mesh.tets), *map(len, mesh.faces.values())]
+    cells = {pv.CellType.QUADRATIC_TETRA: mesh.tets}
+    cells[pv.CellType.QUADRATIC_TRIANGLE] = np.concatenate(list(mesh.faces.values()))
+    found = pv.UnstructuredGrid(cells, np.array(body.points))
+    for name, values in body.point_data.items():
+        found.point_data[name] = values
+    which = np.repeat(np.arange(len(sizes)), sizes)
+    for name, values in body.cell_data.items():
+        found.cell_data[name] = np.concatenate([values, np.full(len(which) - len(values), -1)])
+    for number, name in enumerate(mesh.faces, 1):
+        found.cell_data[name] = (which == number).astype(np.int8)
+    return found
 
 
 def deformed(problem: Problem, fields: Fields, task: str) -> pv.UnstructuredGrid:

@@ -57,7 +57,7 @@ def equilibrium(
         If CalculiX finds no solution.
     """
     mesh, at = as_whole(mesh, at)
-    rows = last_table(_solved(abaqus_input(mesh, at, increment, tolerance)))
+    rows = last_table(solved(abaqus_input(mesh, at, increment, tolerance)))
     if len(rows) < len(mesh.points):
         raise ComputationError("CalculiX did not give the displacements of all nodes")
     u = np.array([rows[node] for node in range(1, len(mesh.points) + 1)])
@@ -86,7 +86,7 @@ def tip_forces(
         If CalculiX does not find the forces of all motions.
     """
     text = "\n".join([*body_lines(mesh), *rubber_lines(mesh, at), *_moved(mesh, at, sides, stiffness, motions), ""])
-    forces = total_forces(_solved(text))
+    forces = total_forces(solved(text))
     if len(forces) != len(motions):
         raise ComputationError(f"CalculiX gave {len(forces)} forces for {len(motions)} motions")
     return forces
@@ -122,7 +122,7 @@ def _moved(
         yield "*END STEP"
 
 
-def _solved(text: str) -> str:
+def solved(text: str) -> str:
     """What CalculiX writes to its .dat file for an input file."""
     with temporary_folder() as folder:
         (folder / "model.inp").write_text(text, encoding="ascii")

@@ -1,7 +1,8 @@
 """Write a model as an input file for CalculiX and Abaqus.
 
-The file is complete: ten-node tetrahedra (C3D10), the neo-Hookean rubber, clamped base, rigid plate, springs, dead and
-follower loads, gravity, and sheets that carry compression as thin shells (S6): in CalculiX membranes do not converge.
+The file is complete: ten-node tetrahedra (C3D10), rubbers (`abaqus_rubber`), clamped base, rigid plate, springs, dead
+and follower loads, gravity, and sheets that carry compression as thin shells (S6): in CalculiX membranes do not
+converge.
 Abaqus does not know one keyword, ``ROT NODE`` of the rigid plate (a node whose displacements are the rotations in
 CalculiX); for Abaqus, delete it and use degrees of freedom 4 to 6 of the reference node.
 """
@@ -15,8 +16,9 @@ import numpy as np
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import Configuration, whole_of
 from pneumorph.mechanics.elements.reinforcement import Membrane
-from pneumorph.mechanics.material.energies import neo_hookean
 from pneumorph.mesh.tets import Covered, TetMesh, area_vectors
+from pneumorph.output.formats.abaqus_rubber import can_hold, hyperelastic
+from pneumorph.problem.regions import REST
 
 FACES = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]])
 """Corners of the faces P1 to P4 of a C3D10 element (Abaqus and CalculiX manuals), ascending."""
@@ -51,7 +53,7 @@ def abaqus_input(mesh: TetMesh, at: Configuration, increment: float = 0.2, toler
     Raises
     ------
     ProblemError
-        If a rubber is not neo-Hookean, for fibres, and for sheets that wrinkle.
+        If a rubber is of a model that neither program has, for fibres, and for sheets that wrinkle.
     """
     mesh, at = as_whole(mesh, at)
     parts = (body_lines(mesh), _supports(mesh, at), rubber_lines(mesh, at), _sheet_lines(mesh, at))
@@ -115,20 +117,19 @@ def rubber_lines(mesh: TetMesh, at: Configuration) -> Iterator[str]:
     Raises
     ------
     ProblemError
-        If a rubber is not neo-Hookean.
+        If a rubber is of a model that neither program has.
     """
     rubbers = at.model.rubbers
-    if any(rubber.isochoric is not neo_hookean for rubber in rubbers.values()):
-        raise ProblemError(
-            "input files for Abaqus and CalculiX can be written for neo-Hookean rubbers only; export vtu instead"
-        )
+    for name, rubber in rubbers.items():
+        if not can_hold(rubber):
+            raise ProblemError(
+                f"input files for Abaqus and CalculiX cannot hold Gent's model, which {name or REST} has: "
+                "fit one of the others by pneumorph material fit, or export feb"
+            )
     for number, name in enumerate(mesh.regions or rubbers, 1):
-        shear, bulk = rubbers[name].parameters
         material = f"RUBBER{number if mesh.regions else ''}"
-        # Abaqus' energy is C10 (Ī₁ − 3) + (J − 1)²/D1.
         yield f"*MATERIAL, NAME={material}"
-        yield "*HYPERELASTIC, NEO HOOKE"
-        yield f"{shear / 2:.12e}, {2 / bulk:.12e}"
+        yield from hyperelastic(rubbers[name])
         yield "*DENSITY"
         yield f"{rubbers[name].density:.12e}"
         yield f"*SOLID SECTION, ELSET={_part(mesh, number)}, MATERIAL={material}"
