@@ -14,7 +14,6 @@ from pneumorph.geometry import Body
 from pneumorph.mechanics import rubber_of
 from pneumorph.problem import Problem
 from pneumorph.problem.material import elastomer
-from pneumorph.problem.solid import require_tube
 
 if TYPE_CHECKING:
     from pneumorph.make import MadeFiles, Plan, PortEffect, Sag, SiliconePlan
@@ -33,9 +32,10 @@ def make_design(problem: Problem, body: Body, pressures: Pressures, folder: Path
     folder : where to write.
     chord : largest distance in mm between the surfaces and the triangles of 3MF and STL.
     """
-    from pneumorph.make import make
+    from pneumorph.make import make, make_faces
 
-    require_tube(problem.body, "made")
+    if problem.solid is not None:
+        return make_faces(problem, body, folder, chord)
     return make(body, folder, chord, problem, lambda plan: _effects(problem, body, pressures, plan), _sags)
 
 

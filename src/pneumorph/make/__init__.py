@@ -9,6 +9,7 @@ from pneumorph.make.libraries import load
 load()
 
 from pneumorph.make.checks import Check, check_mesh, check_step  # noqa: E402
+from pneumorph.make.faces.files import make_faces  # noqa: E402
 from pneumorph.make.files import MadeFiles, make  # noqa: E402
 from pneumorph.make.mould.effect import PortEffect  # noqa: E402
 from pneumorph.make.mould.plan import Plan  # noqa: E402
@@ -32,6 +33,7 @@ __all__ = [
     "fill_chamber",
     "grids",
     "make",
+    "make_faces",
     "read_3mf",
     "read_step",
     "read_stl",

@@ -89,17 +89,14 @@ def check_step(path: Path, surfaces: Sequence[TubeSurface]) -> Iterator[Check]:
         If the file cannot be read.
     """
     shape, name = read_step(path), path.name
-    shells = [TopoDS.Shell(each) for each in _parts(shape, TopAbs_ShapeEnum.TopAbs_SHELL)]
-    solids = _parts(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
-    wrong = abs(len(solids) - 1) + abs(len(shells) - len(surfaces))
-    wrong += sum(not BRep_Tool.IsClosed_s(shell) for shell in shells)
-    yield Check(name, "open, missing or surplus shells", wrong, 0)
-    if wrong:
+    shells = list(map(TopoDS.Shell, parts_of(shape, TopAbs_ShapeEnum.TopAbs_SHELL)))
+    closed = shells_are(name, shape, 1, len(surfaces))
+    yield closed
+    if not closed.passed:
         return
     yield validity(name, shape)
-    properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties, _QUADRATURE)
-    yield Check(name, "relative volume error", abs(properties.Mass() / volume_inside(surfaces) - 1.0), VOLUME)
+    error = abs(volume_of(shape, _QUADRATURE) / volume_inside(surfaces) - 1.0)
+    yield Check(name, "relative volume error", error, VOLUME)
     furthest = max(_distance(shell, surface) for shell, surface in zip(shells, surfaces, strict=True))
     yield Check(name, "distance of the design's points from the surfaces", furthest, DISTANCE, "mm")
 
@@ -121,6 +118,29 @@ def check_mesh(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> Ite
     OSError
         If the file cannot be read.
     """
+    points = np.concatenate([surface.sample(*_samples(surface)).reshape(-1, 3) for surface in surfaces])
+    yield from check_triangles(path, points, volume_inside(surfaces), chord)
+
+
+def check_triangles(path: Path, points: NDArray[np.float64], volume: float, chord: float) -> Iterator[Check]:
+    """Check the part in an STL file, or the one built from a 3MF file.
+
+    Parameters
+    ----------
+    path : Path
+        File written by `write_3mf` or `write_stl`.
+    points : (n, 3) array
+        Of the surfaces that bound the part, mm.
+    volume : float
+        Within these, mm³.
+    chord : float
+        The requested chord error in mm.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    """
     name = path.name
     part = read_stl(path) if path.suffix == ".stl" else next(iter(read_3mf(path).values()))
     solid = manifold(part)
@@ -129,10 +149,9 @@ def check_mesh(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> Ite
     if not closed.passed:
         return
     yield Check(name, "edges that pass through triangles", crossings(part, solid), 0)
-    yield Check(name, "chord error", _chord_error(part, surfaces), chord, "mm")
+    yield Check(name, "chord error", float(distances(part, points).max()), chord, "mm")
     # Surfaces that differ by at most the chord error enclose volumes that differ by at most that times their area.
-    exact = volume_inside(surfaces)
-    yield Check(name, "volume error", abs(part.volume - exact), chord * solid.surface_area(), "mm³")
+    yield Check(name, "volume error", abs(part.volume - volume), chord * solid.surface_area(), "mm³")
 
 
 def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:
@@ -144,6 +163,21 @@ def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:
         any(1e-9 < hit.distance < 1.0 - 1e-9 for hit in solid.ray_cast(points[start], points[stop]))
         for start, stop in edges.tolist()
     )
+
+
+def shells_are(name: str, shape: TopoDS_Shape, solids: int, shells: int) -> Check:
+    """Whether a shape from a file has so many solids, and so many shells, which are closed."""
+    found = list(map(TopoDS.Shell, parts_of(shape, TopAbs_ShapeEnum.TopAbs_SHELL)))
+    wrong = abs(len(parts_of(shape, TopAbs_ShapeEnum.TopAbs_SOLID)) - solids) + abs(len(found) - shells)
+    wrong += sum(not BRep_Tool.IsClosed_s(shell) for shell in found)
+    return Check(name, "open, missing or surplus shells", wrong, 0)
+
+
+def volume_of(shape: TopoDS_Shape, accuracy: float) -> float:
+    """The volume of a shape, mm³, to a relative accuracy."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, accuracy)
+    return float(properties.Mass())
 
 
 def validity(name: str, shape: TopoDS_Shape) -> Check:
@@ -176,7 +210,8 @@ def _open_edges(part: Triangles) -> int:
     return int(len(np.setxor1d(one, other)) // 2 + len(one) - len(np.unique(one)))
 
 
-def _parts(shape: TopoDS_Shape, kind: TopAbs_ShapeEnum) -> list[TopoDS_Shape]:
+def parts_of(shape: TopoDS_Shape, kind: TopAbs_ShapeEnum) -> list[TopoDS_Shape]:
+    """All parts of a kind in a shape."""
     explorer, parts = TopExp_Explorer(shape, kind), []
     while explorer.More():
         parts.append(explorer.Current())
@@ -196,7 +231,7 @@ def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
 
     Each point is compared with the one at the same parameters, whose distance is an upper bound of the true one.
     """
-    faces = [BRep_Tool.Surface_s(TopoDS.Face(each)) for each in _parts(shell, TopAbs_ShapeEnum.TopAbs_FACE)]
+    faces = [BRep_Tool.Surface_s(TopoDS.Face(each)) for each in parts_of(shell, TopAbs_ShapeEnum.TopAbs_FACE)]
     q, r = _samples(surface)
     points = surface.sample(q, r)
     nearest = np.full(points.shape[:2], np.inf)
@@ -216,9 +251,3 @@ def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
     discs = [cap_points(surface, tip, q, s) for tip in (False, True) for s in (0.0, 0.5, 1.0)]
     ends = [min(abs(plane.Location().Z() - z) for plane in planes) for z in np.concatenate(discs)[:, 2]]
     return float(max(nearest.max(), *ends))
-
-
-def _chord_error(part: Triangles, surfaces: Sequence[TubeSurface]) -> float:
-    """Largest distance in mm of sample points of the surfaces from the triangles."""
-    points = np.concatenate([surface.sample(*_samples(surface)).reshape(-1, 3) for surface in surfaces])
-    return float(distances(part, points).max())

@@ -79,9 +79,20 @@ def make(
         If the chord error needs too many triangles, see `triangulate`; or if the body cannot be moulded. The files of
         the body are written first.
     """
+    return published(folder, lambda work: _make(body, work, chord, problem, effects, sags))
+
+
+def published(folder: Path, write: Callable[[Path], MadeFiles]) -> MadeFiles:
+    """What is written into a folder that nobody else writes in, put into another one.
+
+    Raises
+    ------
+    ComputationError
+        Raised by `write`; what is complete is put there first.
+    """
     with temporary_folder() as work:
         try:
-            made = _make(body, work, chord, problem, effects, sags)
+            made = write(work)
         except ComputationError:
             _publish(work, folder)
             raise
@@ -122,7 +133,7 @@ def _make(
     for path in (mesh, plain):
         checks += check_mesh(path, body.surfaces, chord)
     report = folder / "checks.json"
-    report.write_text(_as_json(checks), encoding="utf-8")
+    report.write_text(as_json(checks), encoding="utf-8")
     files = [step, *cores, mesh, plain]
     if problem is not None:
         if problem.region:
@@ -136,10 +147,11 @@ def _make(
             moulded, proved = make_mould(body, problem, folder / "mould", chord, effects)
         files += moulded
         checks += proved
-        report.write_text(_as_json(checks), encoding="utf-8")
+        report.write_text(as_json(checks), encoding="utf-8")
     return MadeFiles((*files, report), tuple(checks))
 
 
-def _as_json(checks: Sequence[Check]) -> str:
+def as_json(checks: Sequence[Check]) -> str:
+    """What ``checks.json`` contains."""
     content = [{**asdict(check), "passed": check.passed} for check in checks]
     return json.dumps({"checks": content}, indent=2, allow_nan=False) + "\n"

@@ -201,9 +201,14 @@ class SolidSpec(Table):
             raise InvalidKey("data", f"has more than {MOST_BYTES / 1e6:g} MB; simplify the body in CAD")
         return unpacked
 
+    @property
+    def factor(self) -> float:
+        """mm per unit of the file as it is read, in which STEP and 3MF have mm."""
+        return self.scale * UNITS[self.unit]
+
     def faces(self, size: float) -> Faces:
         """Its faces in triangles with edges of about this length, mm; 0 for a coarse outline."""
-        return read_faces(self.content, self.format, self.scale * UNITS[self.unit], size)
+        return read_faces(self.content, self.format, self.factor, size)
 
     @property
     def outline(self) -> Faces:
@@ -280,22 +285,6 @@ def _ends(body: SolidSpec) -> tuple[np.ndarray, np.ndarray]:
         areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         found.append(np.average(corners.mean(axis=1), axis=0, weights=areas))
     return found[0], found[1]
-
-
-def require_tube(body: BodySpec | SolidSpec, done: str) -> BodySpec:
-    """A body of a problem that is a tube.
-
-    Raises
-    ------
-    ProblemError
-        For one from a file, of which the message says that it cannot be `done` ("designed").
-    """
-    if isinstance(body, SolidSpec):
-        raise ProblemError(
-            f"body.file: a body from a file can be simulated, checked, designed and exported, not {done} as yet; for a "
-            "tube give length, radius and chambers in its place"
-        )
-    return body
 
 
 def require_walls(body: BodySpec | SolidSpec, regions: Sequence[Region]) -> None:

@@ -267,6 +267,11 @@ class Displaced:
         bary = np.tile(np.eye(3), (count, 1, 1))
         return self._made(np.arange(count), bary, self.patches.nodes[:, :3], None)
 
+    def between(self, patch: Ints, bary: Floats) -> Pieces:
+        """Parts of triangles (n,) between points (n, 3, 3) in barycentric coordinates."""
+        place = self.patches.places(np.repeat(patch, 3), bary.reshape(-1, 3)).reshape(bary.shape)
+        return self._made(patch, bary, place, None)
+
     def divided(self, pieces: Pieces) -> Pieces:
         """Each piece in four, one after the other."""
         bary = np.einsum("sc,ncb->nsb", _DIVIDED, pieces.bary)[:, _PARTS]

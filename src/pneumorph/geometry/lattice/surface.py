@@ -132,6 +132,10 @@ class LatticeSurface:
         """The same surface with other control points, (n_points, 3) in mm."""
         return replace(self, net=points)
 
+    def moved(self, places: Array) -> Array:
+        """Where places (n, 3) in the file are moved, mm; beside its box they are moved as the nearest ones in it."""
+        return places + self.lattice.weights(places) @ (self.net - self.lattice.points())
+
     def shell(self) -> tuple[Array, NDArray[np.int64]]:
         """See `Surface`."""
         return self.lattice.weights(self.outline) @ self.net, quarters(self.patches)

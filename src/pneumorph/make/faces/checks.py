@@ -1,0 +1,161 @@
+"""Checks of the files of a body from a file, which are read back and compared with the design."""
+
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false
+# OCP has no stubs: neither its names nor its types are known.
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations_with_replacement
+from pathlib import Path
+
+import numpy as np
+import pyvista
+from numpy.typing import NDArray
+from OCP.BRep import BRep_Tool
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.gp import gp_Pnt, gp_Vec
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS, TopoDS_Face, TopoDS_Shape
+
+from pneumorph.cad.shells import quarters
+from pneumorph.geometry.lattice import LatticeSurface
+from pneumorph.geometry.lattice.pieces import patches_of
+from pneumorph.make.checks import Check, parts_of, shells_are, validity, volume_of
+from pneumorph.make.step import read_step
+from pneumorph.make.triangles import Triangles, together
+
+Array = NDArray[np.float64]
+
+DEVIATION = 0.02
+"""Largest allowed distance in mm of a point of the design from the faces in a STEP file."""
+
+_CHORD = 0.1
+"""Chord error with which it is seen which place of the faces in a STEP file is nearest, mm."""
+
+_NEARER = 3
+"""Steps of Newton's method from there."""
+
+_QUADRATURE = 1e-6
+"""Relative accuracy to which OpenCASCADE integrates volumes."""
+
+_SAMPLES = np.array(
+    [np.bincount(each, minlength=3) / 4.0 for each in combinations_with_replacement(range(3), 4)], dtype=float
+)
+"""Barycentric coordinates of points of a triangle, edges included."""
+
+
+def points_of(surfaces: Sequence[LatticeSurface]) -> Array:
+    """Points (n, 3) of all faces of surfaces, displaced, mm."""
+    found = []
+    for surface in surfaces:
+        patches = patches_of(surface)
+        count = len(patches.nodes)
+        patch, bary = np.repeat(np.arange(count), len(_SAMPLES)), np.tile(_SAMPLES, (count, 1))
+        found.append(surface.moved(patches.places(patch, bary)))
+    return np.concatenate(found)
+
+
+def volume_within(surfaces: Sequence[LatticeSurface]) -> float:
+    """The volume within surfaces whose normals point outwards all, mm³."""
+    # The error of flat triangles is a quarter with halves of their edges.
+    found = [(surface.shell()[0], surface.patches) for surface in surfaces]
+    fine = sum(Triangles(points, quarters(patches)).volume for points, patches in found)
+    return (4.0 * fine - sum(Triangles(points, patches[:, :3]).volume for points, patches in found)) / 3.0
+
+
+def check_solid(path: Path, surfaces: Sequence[LatticeSurface], shells: int, volume: float) -> Iterator[Check]:
+    """Check the only solid in a STEP file against the surfaces that bound it.
+
+    Parameters
+    ----------
+    path : Path
+    surfaces : sequence of LatticeSurface
+    shells : int
+        Number of closed shells of the solid.
+    volume : float
+        Of the solid, mm³.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    """
+    shape, name = read_step(path), path.name
+    closed = shells_are(name, shape, 1, shells)
+    yield closed
+    if not closed.passed:
+        return
+    yield validity(name, shape)
+    found = Nearest(shape)
+    yield Check(name, "volume error", abs(volume_of(shape, _QUADRATURE) - volume), DEVIATION * found.area, "mm³")
+    # Nodes are on the faces of the file, what is between them only in the triangles of a design.
+    furthest = float(found.distances(np.concatenate([surface.shell()[0] for surface in surfaces])).max())
+    yield Check(name, "distance of the design's points from the faces", furthest, DEVIATION, "mm")
+
+
+class Nearest:
+    """The faces of a shape, in coarse triangles to begin with."""
+
+    def __init__(self, shape: TopoDS_Shape) -> None:
+        BRepMesh_IncrementalMesh(shape, _CHORD)
+        faces = list(map(TopoDS.Face, parts_of(shape, TopAbs_ShapeEnum.TopAbs_FACE)))
+        seen = list(map(triangles_of, faces))
+        self.surfaces = list(map(BRep_Tool.Surface_s, faces))
+        self.face = np.repeat(np.arange(len(faces)), [len(each.corners) for each in seen])
+        self.triangles = together(seen)
+        self.parameters = np.concatenate(list(map(_parameters, faces)))
+
+    @property
+    def area(self) -> float:
+        """mm²."""
+        a, b, c = np.moveaxis(self.triangles.points[self.triangles.corners], 1, 0)
+        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
+
+    def distances(self, points: Array) -> Array:
+        """Distances (n,) of points (n, 3) from the nearest place that is found on the faces, mm."""
+        part = self.triangles
+        mesh = pyvista.PolyData.from_regular_faces(part.points, part.corners)
+        cell, near = mesh.find_closest_cell(points, return_closest_point=True)  # pyright: ignore
+        corners = part.corners[cell]
+        places = np.einsum("nc,ncd->nd", _shares(part.points[corners], near), self.parameters[corners])
+        nearest, spot, along, across = np.full(len(points), np.inf), gp_Pnt(), gp_Vec(), gp_Vec()
+        for step in range(_NEARER + 1):
+            found = np.empty((len(points), 3, 3))
+            for row, face, (u, v) in zip(found, self.face[cell].tolist(), places.tolist(), strict=True):
+                self.surfaces[face].D1(u, v, spot, along, across)
+                row[:] = [(each.X(), each.Y(), each.Z()) for each in (spot, along, across)]
+            away = points - found[:, 0]
+            nearest = np.minimum(nearest, np.linalg.norm(away, axis=1))
+            if step < _NEARER:
+                slopes = found[:, 1:]
+                square = np.einsum("nac,nbc->nab", slopes, slopes)
+                right = np.einsum("nac,nc->na", slopes, away)
+                places = places + np.einsum("nab,nb->na", np.linalg.pinv(square, rcond=1e-9), right)
+        return nearest
+
+
+def _shares(triangles: Array, points: Array) -> Array:
+    """Barycentric coordinates (n, 3) of points (n, 3) in the planes of triangles (n, 3, 3)."""
+    sides = triangles[:, 1:] - triangles[:, :1]
+    square = np.einsum("nac,nbc->nab", sides, sides)
+    right = np.einsum("nac,nc->na", sides, points - triangles[:, 0])
+    found = np.einsum("nab,nb->na", np.linalg.pinv(square), right)
+    return np.column_stack([1.0 - found.sum(axis=1), found])
+
+
+def _parameters(face: TopoDS_Face) -> Array:
+    """The parameters (n, 2) of the nodes of the triangles of a face."""
+    mesh = BRep_Tool.Triangulation_s(face, TopLoc_Location())
+    nodes = [mesh.UVNode(number) for number in range(1, mesh.NbNodes() + 1)]
+    return np.array([(node.X(), node.Y()) for node in nodes])
+
+
+def triangles_of(face: TopoDS_Face) -> Triangles:
+    """The triangles of a face that is meshed."""
+    place = TopLoc_Location()
+    mesh = BRep_Tool.Triangulation_s(face, place)
+    nodes = [mesh.Node(number).Transformed(place.Transformation()) for number in range(1, mesh.NbNodes() + 1)]
+    corners = [mesh.Triangle(number).Get() for number in range(1, mesh.NbTriangles() + 1)]
+    points = np.array([(node.X(), node.Y(), node.Z()) for node in nodes])
+    return Triangles(points, np.array(corners, dtype=np.int64).reshape(-1, 3) - 1)
