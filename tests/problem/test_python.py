@@ -73,6 +73,7 @@ def test_changes():
 def test_another_elastomer_takes_its_own_parameters():
     other = PROBLEM.with_changes({"material.name": "Ecoflex 00-30"})
     table = PROBLEM.model_dump()
+    del table["limits"]["strain"]  # a default that follows from the rubber
     assert other == Problem.model_validate({**table, "material": {"name": "Ecoflex 00-30"}})
 
 
