@@ -77,10 +77,10 @@ def test_what_is_shown():
         errors={"position_mm": 2.5, "orientation_rad": np.radians(15.0)},
     )  # fmt: skip
     bend = problem('{ kind = "motion", bending_y = "60 deg" }').task[0].objective.achieved(found)
-    assert (str(bend), bend.word) == ("45.00°", "bending about y (target 60.00°)")
+    assert (bend.word, bend.beside_target) == ("bending about y", "45.00° (target 60°)")
     shift = problem('{ kind = "motion", shift_x = "4 mm" }').task[0].objective.achieved(found)
-    assert (str(shift), shift.word) == ("1.00 mm", "shift along x (target 4.00 mm)")
-    assert problem(SEVERAL).task[0].objective.achieved(found) == (2.5, "mm", "distance from the target")
+    assert (shift.word, shift.beside_target) == ("shift along x", "1.00 mm (target 4 mm)")
+    assert problem(SEVERAL).task[0].objective.achieved(found)[:3] == (2.5, "mm", "distance from the target")
     turns = problem('{ kind = "motion", bending_x = "0 deg", bending_y = "60 deg" }').task[0]
     both = turns.objective.achieved(task_result(errors={"orientation_rad": np.radians(15.0)}))
     assert (str(both), both.word) == ("15.00°", "angle from the target")

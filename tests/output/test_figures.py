@@ -162,6 +162,22 @@ def test_the_same_figure_gives_the_same_file(problem, tmp_path):
         assert (tmp_path / f"one.{suffix}").read_bytes() == (tmp_path / f"two.{suffix}").read_bytes()
 
 
+def test_a_motion_with_a_target_is_shown_beside_it():
+    """The title is the motion, the target is a line, and the axis is not cut at zero."""
+    asked = loads(tiny(objective='{ kind = "motion", bending_y = "-60 deg" }'))
+    turned = [np.radians([0.0, -12.0 * k, 0.0]) for k in range(5)]
+    lines = [replace(line, tasks={"extend": task_result(rotation=tuple(turned[k]))}) for k, line in enumerate(story(5))]
+    figure = history_figure(asked, lines)
+    axes = figure.axes[0]
+    assert axes.get_title() == "bending about y" and axes.get_ylabel() == "degrees"
+    target = next(line for line in axes.get_lines() if line.get_label() == "target")
+    np.testing.assert_allclose(target.get_ydata(), -60.0)
+    low, high = axes.get_ylim()
+    assert low < -60.0 and high > 0.0
+    assert "target" in [text.get_text() for text in axes.get_legend().get_texts()]
+    assert_nothing_is_cut_off(figure)
+
+
 def test_an_overshoot_is_told_and_does_not_flatten_the_limits(problem):
     axes = Figure().subplots()
     draw_limits(axes, problem.limits, story(6, lambda k: 40.0 if k == 2 else 0.5))

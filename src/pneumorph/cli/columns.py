@@ -88,11 +88,11 @@ def _motion(task: Task) -> Column:
 
 def _limit(limit: Limit, key: str, bound: float) -> Column:
     word = limit.word[:9]
-    return Column(word, max(7, len(word)), lambda entry: _shown(limit, entry.limits[key], bound))
+    return Column(word, max(7, len(word)), lambda entry: _shown(limit, entry.limits.get(key), bound))
 
 
 def _values(problem: Problem, entry: HistoryEntry) -> list[tuple[Limit, float | None, float]]:
-    return [(limit, entry.limits[key], bound) for limit, key, bound in in_history(problem.limits)]
+    return [(limit, entry.limits.get(key), bound) for limit, key, bound in in_history(problem.limits)]
 
 
 def _is_beyond(limit: Limit, value: float | None, bound: float) -> bool:

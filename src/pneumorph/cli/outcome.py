@@ -35,7 +35,7 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     last = run.history[-1]
     if last.reinforcements:
         yield Text(f"{format_data(start.reinforcements)} → {format_data(last.reinforcements)}")
-    of_states = [(limit, last.limits[key], bound) for limit, key, bound in in_history(run.problem.limits)]
+    of_states = [(limit, last.limits.get(key), bound) for limit, key, bound in in_history(run.problem.limits)]
     yield limits_table(best.limits, [each for each in of_states if each[0] in OF_STATES])
     number = best.iteration
     which = "the start" if number == 0 else f"number {number}, the last"
@@ -60,7 +60,7 @@ def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Tab
         state = Text("stable") if found.stable else Text(f"not stable {MARK}", style="red")
         if found.self_intersecting:
             state.append(f", self-intersecting {MARK}", style="red")
-        shown = (f"{before} →", Text(str(after), style="bold"), format_pressures(found.pressures))
+        shown = (f"{before} →", Text(after.beside_target, style="bold"), format_pressures(found.pressures))
         table.add_row(task.name, after.word, *shown, state)
     return table
 

@@ -48,7 +48,7 @@ def design_html(problem: Problem, iteration: int, entry: HistoryEntry | None, li
             result = entry.tasks[task.name]
             motion = task.objective.achieved(result)
             state = "stable" if result.stable else "not stable"
-            rows.append((task.name, motion.word, motion, format_pressures(result.pressures), state))
+            rows.append((task.name, motion.word, motion.beside_target, format_pressures(result.pressures), state))
         parts.append(table(("task", "", "result", "pressure", "state"), rows))
     rows = []
     for reading in limits:

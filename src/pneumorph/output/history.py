@@ -11,7 +11,8 @@ from matplotlib.ticker import MaxNLocator
 
 from pneumorph.limits.table import in_history
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
-from pneumorph.problem import Limits, Problem
+from pneumorph.problem import Limits, Problem, Task
+from pneumorph.problem.objectives.words import Amount
 from pneumorph.results import HistoryEntry
 
 PHASES = {
@@ -63,7 +64,7 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
             scales[unit].tick_params(labelsize=SMALL, length=2.5, pad=2)
             scales[unit].spines[["top", "left"]].set_visible(False)
             scales[unit].spines["right"].set_position(("outward", 34 * (number - 1)))
-    handles = []
+    handles, targets = [], []
     for number, (name, motions) in enumerate(shown.items()):
         word, unit = motions[0].word, motions[0].unit
         label = f"{name}: {word}" if len(shown) > 1 else word
@@ -72,22 +73,38 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
         every = _every(number, len(shown), len(history))
         style = line_style(number, len(shown))
         handles += scales[unit].plot(_designs(history), values, label=label, markevery=every, **style)
+        if motions[-1].target is not None:
+            # Of the colour of its curve; the first says what such lines are.
+            line = scales[unit].axhline(
+                motions[-1].target, color=style["color"], linestyle=(0, (1, 1.5)), linewidth=1.0
+            )
+            targets.append(line)
     for unit, scale in scales.items():
         # Errors are compared with zero.
-        if all(task.objective.curve == "error" for task in problem.task if shown[task.name][0].unit == unit):
+        if all(_is_error(task, shown[task.name][0]) for task in problem.task if shown[task.name][0].unit == unit):
             scale.set_ylim(bottom=0.0)
     remeshed = [entry.iteration for entry in history if entry.remeshed]
     if remeshed:
         marks = {"marker": "|", "color": "#777777", "markersize": 6, "linestyle": "", "clip_on": False}
         at_the_bottom = axes.get_xaxis_transform()
         handles += axes.plot(remeshed, [0.0] * len(remeshed), label="remeshed", transform=at_the_bottom, **marks)
-    axes.set_title(_heading(problem), fontsize=TEXT)
+    if targets:
+        targets[0].set_label("target")
+        handles.append(targets[0])
+    axes.set_title(_heading(problem, history[-1]), fontsize=TEXT)
     _legend(axes, handles, 1 if len(shown) > 1 else 2)
 
 
-def _heading(problem: Problem) -> str:
+def _is_error(task: Task, shown: Amount) -> bool:
+    """Whether a task's curve is its distance from the target, and not a value beside its target."""
+    return task.objective.curve == "error" and shown.target is None
+
+
+def _heading(problem: Problem, last: HistoryEntry) -> str:
     """The title of the panel: what the curves of all tasks show."""
-    words = {task.objective.curve for task in problem.task}
+    shown = [(task, task.objective.achieved(last.tasks[task.name])) for task in problem.task]
+    plainly = {task.name for task, one in shown if task.objective.curve != "error" or _is_error(task, one)}
+    words = {task.objective.curve if task.name in plainly else one.word for task, one in shown}
     return words.pop() if len(words) == 1 else "results of the tasks"
 
 
@@ -116,7 +133,7 @@ def draw_limits(axes: Axes, limits: Limits, history: History) -> None:
     shown = in_history(limits)
     designs = _designs(history)
     for number, (limit, key, bound) in enumerate(shown):
-        values = [entry.limits[key] for entry in history]
+        values = [entry.limits.get(key) for entry in history]
         used = np.array([np.nan if value is None else limit.used(value, bound) for value in values])
         every, style = _every(number, len(shown), len(history)), line_style(number, len(shown))
         axes.plot(designs, used, label=limit.word, markevery=every, **style)

@@ -91,7 +91,7 @@ def scenes_of(
     for task in tasks:
         result = results[task.name]
         motion = task.objective.achieved(result)
-        words = f"{format_pressures(result.pressures)}: {motion.word} {motion}"
+        words = f"{format_pressures(result.pressures)}: {motion.word} {motion.beside_target}"
         if len(problem.task) > 1:
             words = f"{task.name}, {words}"
         shape = Shape(mesh, whole.u[task.name], whole.stretch[task.name])

@@ -98,7 +98,7 @@ def shape_figure(
     words = {"target": "target"}
     for name, called, result in (("start", names[0], first), ("final", names[1], last)):
         motion = task.objective.achieved(result)
-        words[name] = f"{called}, {motion.word} {motion}"
+        words[name] = f"{called}, {motion.word} {motion.beside_target}"
     handles = [Line2D([], [], marker="o", label=words[name], **STYLES[name]) for name in words]
     figure.legend(handles=handles, fontsize=SMALL, frameon=False, loc="lower center", labelspacing=0.3, borderpad=0.2)
     figure.suptitle(f"{task.name}: target and achieved", fontsize=TEXT, y=1 - EDGE / height, va="top")

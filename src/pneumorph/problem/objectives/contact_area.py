@@ -42,4 +42,6 @@ class ContactArea(ObjectiveTable):
 
     def achieved(self, result: Result) -> Amount:
         """The area."""
-        return Amount(result.contact_area[self.obstacle], "mm²", f"contact with {self.obstacle}").aimed_at(self.area)
+        return Amount(result.contact_area[self.obstacle], "mm²", f"contact with {self.obstacle}")._replace(
+            target=self.area
+        )

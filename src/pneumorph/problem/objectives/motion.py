@@ -85,4 +85,4 @@ class TargetMotion(ObjectiveTable):
             return super().achieved(result)
         ((name, wanted),) = self.targets.items()
         done = motion_amount(name, 1.0, result)
-        return done.aimed_at(float(np.degrees(wanted)) if done.unit == "°" else wanted)
+        return done._replace(target=float(np.degrees(wanted)) if done.unit == "°" else wanted)

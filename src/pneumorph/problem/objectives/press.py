@@ -62,4 +62,4 @@ class Press(ObjectiveTable):
         else:
             value = float(np.dot(result.contact[self.obstacle], self.direction))
             done = Amount(value, "N", f"force on {self.obstacle}")
-        return done.aimed_at(self.force)
+        return done._replace(target=self.force)

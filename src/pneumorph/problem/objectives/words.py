@@ -32,11 +32,12 @@ UNITS = {"mm": ("mm", 1.0), "rad": ("°", 180.0 / np.pi), "N": ("N", 1.0), "mm2"
 
 
 class Amount(NamedTuple):
-    """A value with its unit ("mm", "°", "N", "mm²" or "") and the word for it."""
+    """A value with its unit ("mm", "°", "N", "mm²" or ""), the word for it, and its target in that unit if it has one."""
 
     value: float
     unit: str
     word: str
+    target: float | None = None
 
     def __str__(self) -> str:
         if not self.unit:
@@ -46,9 +47,15 @@ class Amount(NamedTuple):
         # Rounded before it is written, so that no -0.00 is shown.
         return f"{round(self.value, 2) + 0.0:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
 
-    def aimed_at(self, wanted: float | None) -> Amount:
-        """The same with the target, in the same unit, in its words if there is one."""
-        return self if wanted is None else self._replace(word=f"{self.word} (target {self._replace(value=wanted)})")
+    @property
+    def beside_target(self) -> str:
+        """The value, and its target if it has one: "59.87° (target 60°)"."""
+        return str(self) if self.target is None else f"{self} (target {self.target_words})"
+
+    @property
+    def target_words(self) -> str:
+        """The target with its unit, as a user may have written it."""
+        return f"{self.target:.6g}{'' if self.unit in ('°', '') else ' '}{self.unit}"
 
 
 class Moved(Protocol):
