@@ -60,9 +60,8 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     found = collect_task_results(at.disc, at.analysis)
     for task in asked.task:
         motion = task.objective.achieved(found[task.name])
-        say(
-            f"task      {task.name}: {motion.word} {motion.beside_target} at {format_pressures(at.analysis.pressures[task.name])}"
-        )
+        pressures = format_pressures(at.analysis.pressures[task.name])
+        say(f"task      {task.name}: {motion.word} {motion.beside_target} at {pressures}")
         for sentence in warnings_of(rubbers_of(asked), found[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
     violated = 0

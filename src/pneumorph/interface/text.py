@@ -31,9 +31,8 @@ def design_text(problem: Problem, iteration: int, entry: HistoryEntry | None, pr
     for task in problem.task[:MOST]:
         found = entry.tasks[task.name]
         motion, state = task.objective.achieved(found), "stable" if found.stable else "not stable"
-        lines.append(
-            f"  {task.name}: {motion.word} {motion.beside_target} at {format_pressures(found.pressures)}, {state}"
-        )
+        at = format_pressures(found.pressures)
+        lines.append(f"  {task.name}: {motion.word} {motion.beside_target} at {at}, {state}")
     lines += _more(len(problem.task), "tasks")
     kept = "all limits satisfied" if entry.held else "not all limits satisfied"
     return "\n".join([*lines, f"  {kept}; {entry.elements} elements"])

@@ -75,10 +75,8 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
         handles += scales[unit].plot(_designs(history), values, label=label, markevery=every, **style)
         if motions[-1].target is not None:
             # Of the colour of its curve; the first says what such lines are.
-            line = scales[unit].axhline(
-                motions[-1].target, color=style["color"], linestyle=(0, (1, 1.5)), linewidth=1.0
-            )
-            targets.append(line)
+            dotted = {"color": style["color"], "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
+            targets.append(scales[unit].axhline(motions[-1].target, **dotted))
     for unit, scale in scales.items():
         # Errors are compared with zero.
         if all(_is_error(task, shown[task.name][0]) for task in problem.task if shown[task.name][0].unit == unit):

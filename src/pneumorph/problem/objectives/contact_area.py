@@ -42,6 +42,4 @@ class ContactArea(ObjectiveTable):
 
     def achieved(self, result: Result) -> Amount:
         """The area."""
-        return Amount(result.contact_area[self.obstacle], "mm²", f"contact with {self.obstacle}")._replace(
-            target=self.area
-        )
+        return Amount(result.contact_area[self.obstacle], "mm²", f"contact with {self.obstacle}", self.area)
