@@ -26,6 +26,7 @@ from pneumorph.analysis.slopes import (
     strain_shares,
     strain_slopes,
 )
+from pneumorph.analysis.starting import analyse_start
 
 __all__ = [
     "AnalysedBody",
@@ -40,6 +41,7 @@ __all__ = [
     "Stopped",
     "analyse",
     "analyse_body",
+    "analyse_start",
     "build_discretisation",
     "carry_over",
     "check_stability",

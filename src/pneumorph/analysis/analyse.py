@@ -10,6 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from pneumorph.analysis.bodies import mesh_of
+from pneumorph.analysis.unfound import explained
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.design_space import DesignSpace
@@ -178,7 +180,7 @@ def analyse(
     most : factorisations after which the search for the state of a task ends.
     roughest : a start with a larger residual is not tried, see `solve`.
     explain : whether the reason for a missing equilibrium includes the limit pressure; the path following that finds it
-        takes much longer.
+        takes much longer; and the key at fault with a remedy.
 
     Raises
     ------
@@ -189,7 +191,7 @@ def analyse(
     X, pressures, reinforcement = disc.morph.positions(points), space.pressures(phi), space.reinforcement(phi)
     configurations, equilibria, values, crossing = {}, {}, {}, {}
     touches_itself = disc.model.contact is not None and disc.model.contact.own is not None
-    for task in problem.task:
+    for number, task in enumerate(problem.task):
         under = acting(problem, task)
         loads = loads_of(problem, disc.model, pressures[task.name], task.poses, reinforcement, under)
         at = configure(disc.model, X, loads, guided_of(problem, under))
@@ -197,11 +199,12 @@ def analyse(
         since = None
         if near is not None and disc.model.contact is not None:
             since = near.configurations[task.name], near.equilibria[task.name].state
-        equilibrium = solve(at, disc.tangents[task.name], start, tolerance, since, most, roughest)
-        if explain and isinstance(equilibrium, NoEquilibrium):
-            equilibrium = diagnose(at, disc.tangents[task.name], equilibrium)
+        with doing(f"task {task.name}"):
+            equilibrium = solve(at, disc.tangents[task.name], start, tolerance, since, most, roughest)
+            if explain and isinstance(equilibrium, NoEquilibrium):
+                equilibrium = diagnose(at, disc.tangents[task.name], equilibrium)
         if isinstance(equilibrium, NoEquilibrium):
-            return equilibrium
+            return explained(problem, number, equilibrium) if explain else equilibrium
         configurations[task.name], equilibria[task.name] = at, equilibrium
         values[task.name] = disc.objectives[task.name].at(disc.model, at.X, equilibrium.state)
         if not np.isfinite(values[task.name]):

@@ -11,16 +11,15 @@ from pneumorph.analysis.analyse import (
     Analysis,
     Discretisation,
     analyse,
-    build_discretisation,
     carry_over,
     discretise,
-    mesh_of,
 )
 from pneumorph.analysis.slopes import design_gradient
-from pneumorph.errors import Hopeless, MeshError
+from pneumorph.analysis.starting import analyse_start, coarser
+from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body, DesignSpace
 from pneumorph.geometry.starting import space_of
-from pneumorph.mechanics import TOLERANCE, NoEquilibrium, part_of
+from pneumorph.mechanics import TOLERANCE, NoEquilibrium
 from pneumorph.problem import Pressure, Problem
 from pneumorph.problem.designed import designed
 from pneumorph.problem.variable import Variable
@@ -117,7 +116,7 @@ def analyse_body(problem: Problem, body: Body) -> AnalysedBody:
     """
     space = space_of(_with_scales_of_tests(problem), body)
     disc = discretise(problem, body)
-    return AnalysedBody(problem, body, space, disc, _analysed(problem, space, disc, space.start))
+    return AnalysedBody(problem, body, space, disc, analyse_start(problem, space, disc, space.start, TOLERANCE))
 
 
 def run_gradient_check(at: AnalysedBody) -> GradientCheck:
@@ -160,14 +159,8 @@ def run_gradient_check(at: AnalysedBody) -> GradientCheck:
 def _coarser(at: AnalysedBody) -> AnalysedBody:
     """The body on a mesh of about `ENOUGH` elements; the same where it has no more, or none can be analysed."""
     problem, body, old = at.problem, at.body, at.disc
-    if old.model.elements <= ENOUGH:
-        return at
-    size = problem.mesh.size * (old.model.elements / ENOUGH) ** (1 / 3)
-    try:
-        disc = build_discretisation(problem, mesh_of(problem, body, part_of(problem), size), body.control_points())
-    except MeshError:
-        return at
-    if disc.model.elements >= old.model.elements:
+    disc = coarser(problem, body, old, ENOUGH)
+    if disc is old:
         return at
     states = {task: equilibrium.state for task, equilibrium in at.analysis.equilibria.items()}
     starts = carry_over(old, at.analysis.X, states, disc, disc.morph.mesh.points)
@@ -216,11 +209,9 @@ def _with_scales_of_tests(problem: Problem) -> Problem:
     return problem.model_copy(update={"task": tuple(tasks), **reinforced})
 
 
-def _analysed(
-    problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, near: Analysis | None = None
-) -> Analysis:
-    starts = None if near is None else {task: equilibrium.state for task, equilibrium in near.equilibria.items()}
-    analysis = analyse(problem, space, disc, phi, starts, tolerance=TOLERANCE, explain=near is None)
+def _analysed(problem: Problem, space: DesignSpace, disc: Discretisation, phi: np.ndarray, near: Analysis) -> Analysis:
+    starts = {task: equilibrium.state for task, equilibrium in near.equilibria.items()}
+    analysis = analyse(problem, space, disc, phi, starts, tolerance=TOLERANCE)
     if isinstance(analysis, NoEquilibrium):
-        raise Hopeless(f"the design cannot be analysed: {analysis.reason}")
+        raise ComputationError(f"a design near it cannot be analysed: {analysis.reason}")
     return analysis

@@ -20,7 +20,7 @@ from pneumorph.analysis import (
     Discretisation,
     Explorer,
     Simulation,
-    analyse,
+    analyse_start,
     collect_fields,
     collect_task_results,
     compute_inflation,
@@ -28,13 +28,12 @@ from pneumorph.analysis import (
     discretise,
     prepare_simulation,
 )
-from pneumorph.errors import Hopeless, ProblemError
+from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.report import LimitReading
-from pneumorph.mechanics import NoEquilibrium
 from pneumorph.problem import Problem
 from pneumorph.results import Fields, HistoryEntry, TaskResult
 
@@ -394,10 +393,7 @@ class Design:
         problem = _with_pressures(self.problem, self.pressures)
         space = space_of(problem, self.body)
         disc = discretise(problem, self.body)
-        analysis = analyse(problem, space, disc, space.start, explain=True)
-        if isinstance(analysis, NoEquilibrium):
-            raise Hopeless(f"the design cannot be analysed: {analysis.reason}")
-        return disc, analysis
+        return disc, analyse_start(problem, space, disc, space.start)
 
 
 def starting_design(problem: Problem) -> Design:

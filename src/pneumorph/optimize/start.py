@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, analyse, checkpoint
+from pneumorph.analysis import Analysis, Discretisation, analyse_start, checkpoint
 from pneumorph.errors import Hopeless, MeshError
-from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize.buckling import judge, unpack_at_rest
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import BroughtWithin, Event
@@ -39,9 +38,7 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
         except MeshError as error:
             raise Hopeless(str(error)) from None
     with clock.phase("equilibrium"):
-        analysis = analyse(problem, space, disc, feasible.phi, explain=True)
-    if isinstance(analysis, NoEquilibrium):
-        raise Hopeless(f"the starting design cannot be analysed: {analysis.reason}")
+        analysis = analyse_start(problem, space, disc, feasible.phi)
     _require_contact(problem, disc, analysis)
     with clock.phase("equilibrium"):
         lateral = judge(disc, analysis, {})
