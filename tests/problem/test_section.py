@@ -95,8 +95,9 @@ def test_a_dome_on_a_section_closes_in_a_point():
     surface = starting_body(Problem.model_validate(table(chamber)).body).chambers[0]
     points = surface.sample(np.arange(40) / 40, [0.0, 0.5, 1.0]) - [1.0, 0.0, 0.0]
     assert np.ptp(points[[0, 2]], axis=1).max() < 1e-9
-    assert np.abs(points[1, :, 0]).max() == pytest.approx(5.0, rel=2e-3)
-    assert np.abs(points[1, :, 1]).max() == pytest.approx(3.0, rel=2e-3)
+    # Its ends are rounded off a little, so that they are bent no more than those of the ellipse.
+    assert np.abs(points[1, :, 0]).max() == pytest.approx(5.0, rel=6e-3)
+    assert np.abs(points[1, :, 1]).max() == pytest.approx(3.0, rel=6e-3)
 
 
 @pytest.mark.parametrize(

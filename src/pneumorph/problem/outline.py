@@ -207,7 +207,11 @@ def crosses_itself(points: Array) -> bool:
             along, across = end[one] - start[one], end[other] - start[other]
             sides = [_cross(along, place - start[one]) for place in (start[other], end[other])]
             others = [_cross(across, place - start[other]) for place in (start[one], end[one])]
-            if sides[0] * sides[1] <= 0.0 and others[0] * others[1] <= 0.0:
+            # Sides in one line are apart unless the ends of one are beside those of the other.
+            ends = [[start[one], end[one]], [start[other], end[other]]]
+            places = np.sort(np.array(ends) @ along, axis=1)
+            apart = places[0, 1] < places[1, 0] or places[1, 1] < places[0, 0]
+            if sides[0] * sides[1] <= 0.0 and others[0] * others[1] <= 0.0 and not (apart and not any(sides)):
                 return True
     return False
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.bspline import clamped, periodic
+from pneumorph.geometry.tube.fitted import FITTED, fitted
 from pneumorph.geometry.tube.surface import Ends, TubeSurface, dome_fit
 from pneumorph.problem.columns import columns, columns_multiple
 from pneumorph.problem.outline import directions
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from pneumorph.problem.body import ChamberSpec
 
 Array = NDArray[np.float64]
-
-_FITTED = 16  # samples per control point at which outlines are fitted
 
 
 def starting_body(spec: BodySpec) -> Body[TubeSurface]:
@@ -91,12 +90,10 @@ def _outline(spec: BodySpec | ChamberSpec, n_q: int) -> tuple[Array, Array]:
         # eigenvalue).
         outwards = directions(2.0 * np.pi * basis.greville) / np.sinc(1.0 / n_q) ** 4
         return spec.radius * outwards, outwards
-    share = np.arange(_FITTED * n_q) / (_FITTED * n_q)
-    values, points = basis.matrix(share), spec.section.outline.at(share)
-    around = np.linalg.lstsq(values, points, rcond=None)[0]
-    along = basis.matrix(share, 1) @ around
+    around, share = fitted(spec.section.outline, basis), np.arange(FITTED * n_q) / (FITTED * n_q)
+    values, along = basis.matrix(share), basis.matrix(share, 1) @ around
     normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
-    return np.asarray(around, float), np.asarray(np.linalg.lstsq(values, normals, rcond=None)[0], float)
+    return around, np.asarray(np.linalg.lstsq(values, normals, rcond=None)[0], float)
 
 
 def _flat_profile(
