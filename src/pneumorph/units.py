@@ -113,6 +113,14 @@ def parse(text: Any, kind: Kind) -> float:
     return value
 
 
+def split(text: Any) -> tuple[float, str] | None:
+    """The number and the unit of a quantity as they are written; None for anything else."""
+    match = _QUANTITY.fullmatch(text) if isinstance(text, str) and len(text) <= MOST else None
+    if match is None or not _UNIT.fullmatch(match[2]):
+        return None
+    return float(match[1]), match[2]
+
+
 def parse_positive(name: str, text: Any, kind: Kind) -> float:
     """Read an option or argument with this name.
 

@@ -10,6 +10,7 @@ from tiny import tiny
 from pneumorph.cli import study as module
 from pneumorph.study import load_study, write_summary
 from pneumorph.study.members import MemberEnd
+from pneumorph.study.summary import summary
 
 FREE = '{ A = { start = "20 kPa", min = "0 kPa", max = "60 kPa" } }'
 
@@ -54,6 +55,18 @@ def test_progress_without_a_terminal(study, no_cluster, tmp_path, run):
 def test_a_quiet_study(study, no_cluster, tmp_path, run):
     result = run("study", study, "--out", tmp_path / "out", "--quiet")
     assert [text.split(" in ")[0] for text in result.stdout.splitlines()] == ["summary", "sheet"]
+
+
+def test_changes_are_columns_of_numbers_with_units_in_the_headings(tmp_path):
+    (tmp_path / "base.toml").write_text(tiny())
+    (tmp_path / "study.toml").write_text(
+        'base = "base.toml"\n[grid]\n"end_effector.spring.axial" = ["0 N/mm", "2.5 N/mm"]\n'
+        '"end_effector.force" = [["0 N", "0 N", "1 N"]]\n"mesh.element" = ["auto"]\n'
+    )
+    rows = summary(load_study(tmp_path / "study.toml"), tmp_path / "out")
+    assert [row["end_effector.spring.axial (N/mm)"] for row in rows] == [0.0, 2.5]
+    assert [rows[0][f"end_effector.force[{k}] (N)"] for k in range(3)] == [0.0, 0.0, 1.0]
+    assert rows[0]["mesh.element"] == "auto"
 
 
 def test_the_summary_has_designed_pressures_and_stretch(study, tmp_path):

@@ -15,6 +15,7 @@ from pneumorph.run import RunDirectory, StoredDesign, create
 from pneumorph.run.complete import Outcome, result
 
 LIMITS = {"wall_mm": 2.5, "fold_mm": 2.0, "curvature": 0.1, "skew": 0.01, "stretch": 0.01, "envelope_mm": 9.5}
+LIMITS |= {"margin": 1.5}
 
 
 def waved(body: Body, amplitude: float) -> Body:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pneumorph import atomic
+from pneumorph import atomic, units
+from pneumorph.limits.table import BY_NAME
 from pneumorph.output.sheet import Tile, draw_sheet
 from pneumorph.run import open_run
 from pneumorph.study.file import Member, Study
@@ -18,17 +18,35 @@ from pneumorph.study.file import Member, Study
 
 def summary(study: Study, out: Path) -> list[dict[str, Any]]:
     """A row for every member, in the order of the study; values that a member does not have yet are missing."""
-    changed = list(dict.fromkeys(key for member in study.members for key in member.changes))
+    changes = [dict(_leaves(member.changes)) for member in study.members]
+    keys = dict.fromkeys(key for each in changes for key in each)
+    columns = dict(_column(key, [each.get(key) for each in changes]) for key in keys)
     rows = []
-    for member in study.members:
-        row: dict[str, Any] = {"member": member.name}
-        row |= {key: _written(member.changes.get(key)) for key in changed}
-        rows.append(row | _row(member, out / member.name))
+    for number, member in enumerate(study.members):
+        changed = {heading: values[number] for heading, values in columns.items()}
+        rows.append({"member": member.name} | changed | _row(member, out / member.name))
     return rows
 
 
-def _written(value: Any) -> Any:
-    return value if value is None or isinstance(value, str | int | float) else json.dumps(value, ensure_ascii=False)
+def _leaves(changes: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """The changes of a member, and those within tables and lists one by one: "limits.wall", "body.center[0]"."""
+    for key, value in changes.items():
+        name = f"{before}.{key}" if before and not key.startswith("[") else before + key
+        if isinstance(value, list | tuple):
+            value = {f"[{number}]": each for number, each in enumerate(value)}
+        if isinstance(value, Mapping):
+            yield from _leaves(value, name)
+        else:
+            yield name, value
+
+
+def _column(key: str, values: Sequence[Any]) -> tuple[str, list[Any]]:
+    """Heading and values of a change: numbers, the unit in the heading, where all members have the same unit."""
+    split = [units.split(value) for value in values]
+    found = {each[1] for each in split if each is not None}
+    if len(found) != 1 or any((each is None) is not (value is None) for value, each in zip(values, split, strict=True)):
+        return key, list(values)
+    return f"{key} ({found.pop()})", [each and each[0] for each in split]
 
 
 def _row(member: Member, directory: Path) -> dict[str, Any]:
@@ -60,9 +78,17 @@ def _row(member: Member, directory: Path) -> dict[str, Any]:
             row[f"{name} coverage"] = round(data["coverage"], 4)
         if "winding" in data:
             row[f"{name} winding (deg)"] = round(math.degrees(data["winding"]), 4)
-    row |= {"limits held": last.held, **last.limits}
-    row["seconds"] = round(sum(entry.seconds["total"] for entry in history), 1)
+    row |= {"limits held": last.held, **{_heading_of(key): value for key, value in last.limits.items()}}
+    row["time (s)"] = round(sum(entry.seconds["total"] for entry in history), 1)
     return row
+
+
+def _heading_of(key: str) -> str:
+    """The heading of a limit's worst value by its key in the history, such as "wall (mm)"."""
+    limit = next((each for each in BY_NAME.values() if each.key == key), None)
+    if limit is None:
+        return key
+    return f"{limit.word} ({limit.unit})" if limit.unit else limit.word
 
 
 def write_summary(study: Study, out: Path) -> Path:
