@@ -3,10 +3,9 @@
     python benchmarks/paper_size.py OUT [CASE …]
 
 Each case is an example of the same name with so dense control points that their coordinates are as many as the paper's
-"control points". Cases are run one after another in the folder OUT; what is finished there is not run again.
-`linear_spring` is solved on a quarter, as the example `linear` is: tube, load and limits are the same on both mirror
-planes. Prints a Markdown table with the paper's values, on 16 cores, in brackets, and after how many designs and how
-long a run is as good as the paper's text says of its own.
+"control points". Cases are run one after another in the folder OUT; what is finished there is not run again. Prints a
+Markdown table with the paper's values, on 16 cores, in brackets, and after how many designs and how long a run is as
+good as the paper's text says of its own.
 """
 
 import subprocess
@@ -18,12 +17,10 @@ from table import PAPER, Printed, outcome
 from pneumorph.geometry.tube import build_design_space, starting_body
 from pneumorph.output.format import format_duration
 from pneumorph.problem import load
-from pneumorph.problem.body import Symmetry
 from pneumorph.results import HistoryEntry
 from pneumorph.run import open_run
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
-MIRRORS = {"linear_spring": ("xz", "yz")}
 FINER = 0.004
 """Step in which the density is raised, 1/mm."""
 
@@ -71,8 +68,6 @@ def of_size(name: str) -> str:
         if 3 * starting_body(body).n_points >= PAPER[name].points:
             break
         density += FINER
-    if name in MIRRORS:
-        body = body.model_copy(update={"symmetry": Symmetry(mirror=MIRRORS[name])})
     return problem.model_copy(update={"body": body}).to_toml()
 
 
