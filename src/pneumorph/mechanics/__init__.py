@@ -19,6 +19,7 @@ from pneumorph.mechanics.solve.equilibrium import (
     build_loads,
     configure,
     rest,
+    settled,
     solve,
 )
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
@@ -77,6 +78,7 @@ __all__ = [
     "rubber_of",
     "rubbers_of",
     "secant_start",
+    "settled",
     "softest",
     "solve",
     "sweep",

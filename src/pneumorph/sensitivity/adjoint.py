@@ -1,4 +1,8 @@
-"""Exact derivatives of the discrete problem by adjoints: dJ/dX = ∂J/∂X − ∂(wᵀR)/∂X with K w = ∂J/∂u; K is symmetric."""
+"""Exact derivatives of the discrete problem by adjoints: dJ/dX = ∂J/∂X − ∂(wᵀR)/∂X with K w = ∂J/∂u; K is symmetric.
+
+Where pressures are unknown (`mechanics/assembly/enclosed.py`), the bordered tangent, which is symmetric too, takes the
+place of K: with S q = fᵀK⁻¹ ∂J/∂u the adjoint is w = K⁻¹(∂J/∂u + f q), and q·∂(V − v)/∂X is added.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,13 @@ from typing import Protocol
 
 import numpy as np
 
-from pneumorph.mechanics import Configuration, Equilibrium, Tangent
+from pneumorph.mechanics import Configuration, Equilibrium, Tangent, rest
 from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.assembly.enclosed import volume_slopes
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.solve.filled import border_at
 from pneumorph.objective import Objective
 
 
@@ -88,12 +94,14 @@ def gradient(
     """
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
-    w = model.state(tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed)), accuracy))
+    solved = tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed)), accuracy)
+    (solved,), (more,) = _with_border(at, tangent, state, solved[None])
+    w = model.state(solved)
     ((shape, acting),) = products.pullback(model.potential, at.X, state, at.loads, [w])
     return NodalGradient(
         value=value,
-        X=direct - shape,
-        pressure=dict(zip(model.chambers, -np.asarray(acting.pressure), strict=True)),
+        X=direct - shape + more,
+        pressure=dict(zip(model.chambers, _known(at, -np.asarray(acting.pressure)), strict=True)),
         reinforcement=-np.asarray(acting.reinforcement),
         adjoint=w,
     )
@@ -117,8 +125,32 @@ def residual_jacobian(
     model, state = at.model, equilibrium.state
     values, direct, seeds = objective.jacobian(model, at.X, state)
     rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
-    ws = [model.state(w) for w in tangent.solve_at(at, state, rhs.T).T]
+    solved, more = _with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
+    ws = [model.state(w) for w in solved]
     shapes, acting = zip(*products.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
-    pressures = -np.array([loads.pressure for loads in acting])
+    pressures = np.array([_known(at, -np.asarray(loads.pressure)) for loads in acting])
     reinforcement = -np.array([loads.reinforcement for loads in acting])
-    return NodalJacobian(values, direct - np.array(shapes), pressures, reinforcement)
+    return NodalJacobian(values, direct - np.array(shapes) + more, pressures, reinforcement)
+
+
+def _with_border(
+    at: Configuration, tangent: Tangent, state: State, solved: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Adjoints (m, n) of the bordered tangent from those of K, and q·∂(V − v)/∂X (m, N, 3); zeros where all is known."""
+    if at.enclosed is None:
+        return solved, np.zeros((len(solved), *at.X.shape))
+    model, rows = at.model, at.enclosed.rows(at.model)
+    border = border_at(at, tangent, state)
+    q = np.linalg.solve(border.schur, border.push.T @ solved.T).T
+    pressure = np.asarray(at.loads.pressure)[rows]
+    now, before = (volume_slopes(model, at.X, each)[0][rows] for each in (state, rest(model)))
+    by_X = now - at.enclosed.by_rest(pressure)[:, None, None] * before
+    return solved + q @ border.along.T, np.tensordot(q, by_X, axes=1)
+
+
+def _known(at: Configuration, by_pressure: np.ndarray) -> np.ndarray:
+    """Derivatives (C,) by the pressures, without those that are unknown."""
+    if at.enclosed is not None:
+        by_pressure = by_pressure.copy()
+        by_pressure[at.enclosed.rows(at.model)] = 0.0
+    return by_pressure

@@ -18,6 +18,7 @@ from scipy import linalg, sparse
 
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.assembly.enclosed import Enclosed
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.assembly.linear import TooCostly, build_factorisation
 from pneumorph.mechanics.assembly.metrics import Metrics
@@ -28,12 +29,16 @@ from pneumorph.mechanics.elements.terms import Loads
 
 @dataclass(frozen=True)
 class Configuration:
-    """A model with nodes X (N, 3), loads, and blocked plate components (6,) bool."""
+    """A model with nodes X (N, 3), loads, and blocked plate components (6,) bool.
+
+    `enclosed` are the chambers whose pressure is unknown; of an equilibrium, the loads have the pressures found.
+    """
 
     model: Model
     X: np.ndarray
     loads: Loads
     blocked: np.ndarray
+    enclosed: Enclosed | None = None
 
     @property
     def constrained(self) -> np.ndarray:

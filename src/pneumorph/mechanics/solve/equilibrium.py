@@ -17,6 +17,7 @@ import numpy as np
 
 from pneumorph.doing import doing
 from pneumorph.mechanics.assembly.displacement import displacement
+from pneumorph.mechanics.assembly.enclosed import Enclosed
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
@@ -37,6 +38,14 @@ from pneumorph.mechanics.solve.balance import (
     unloaded,
 )
 from pneumorph.mechanics.solve.descent import ROUGH, minimise
+from pneumorph.mechanics.solve.filled import (
+    Filled,
+    fill,
+    nearest_pressure,
+    negative_motions,
+    pressure_of,
+    with_pressures,
+)
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
 from pneumorph.mechanics.solve.prediction import guess_after, predict_change
@@ -73,6 +82,7 @@ class Equilibrium:
     negative_pivots : of the tangent at this state; 0 means stable; for part of a body, against symmetric motions only.
     factorisations, solves : the cost.
     buckled : dict of pressures in MPa, by chamber, at which stability was lost on the way to this state; else empty.
+    enclosed : dict of the pressures found in MPa, by chamber, where they were unknown.
     """
 
     state: State
@@ -86,6 +96,7 @@ class Equilibrium:
     factorisations: int
     solves: int
     buckled: Mapping[str, float] = field(default_factory=dict)
+    enclosed: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def stable(self) -> bool:
@@ -113,7 +124,13 @@ class NoEquilibrium:
     last: Equilibrium | None
 
 
-def configure(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | None = None) -> Configuration:
+def configure(
+    model: Model,
+    X: np.ndarray,
+    loads: Loads,
+    blocked: np.ndarray | None = None,
+    enclosed: Enclosed | None = None,
+) -> Configuration:
     """Make a configuration for the solver: nodes X (N, 3) mm, loads, and blocked plate components (6,) bool.
 
     Parameters
@@ -124,10 +141,19 @@ def configure(model: Model, X: np.ndarray, loads: Loads, blocked: np.ndarray | N
     loads : Loads
     blocked : (6,) bool, optional
         Components of the plate that are held; none by default.
+    enclosed : Enclosed, optional
+        The chambers whose pressure is unknown; their pressures in the loads are not used.
     """
-    return Configuration(
-        model, np.asarray(X, dtype=float), loads, np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool)
-    )
+    held = np.zeros(6, bool) if blocked is None else np.asarray(blocked, bool)
+    return Configuration(model, np.asarray(X, dtype=float), loads, held, enclosed)
+
+
+def settled(at: Configuration, equilibrium: Equilibrium) -> Configuration:
+    """The configuration with the pressures that were found, where they were unknown."""
+    if at.enclosed is None:
+        return at
+    pressure = np.array([equilibrium.enclosed[name] for name in at.enclosed.chambers])
+    return with_pressures(at, at.enclosed, pressure)
 
 
 def build_loads(
@@ -238,6 +264,8 @@ def _searched(
     at: Configuration, tangent: Tangent, start: State | Guess | None, tolerance: float, since, before, roughest: float
 ) -> Equilibrium | NoEquilibrium:
     """The search of `solve`."""
+    if at.enclosed is not None:
+        return _filled(at, tangent, start, tolerance, since, before)
     if start is not None:
         with suppress(Unheld):
             begin = _begin(at, start)
@@ -250,6 +278,26 @@ def _searched(
         begin, state = since
         return _raise(at, begin, state, tangent, before, tolerance)
     return _step_up(at, tangent, before, tolerance)
+
+
+def _filled(at: Configuration, tangent: Tangent, start: State | Guess | None, tolerance: float, since, before):
+    """The search of `solve` where pressures are unknown."""
+    assert at.enclosed is not None
+    found: Filled | str = ""
+    if start is not None:
+        state = start.state if isinstance(start, Guess) else start
+        begin = with_pressures(at, at.enclosed, nearest_pressure(at, state))
+        found = fill(begin, tangent, begin, state, tolerance, 1.0)
+    if isinstance(found, str) and since is not None:
+        found = fill(at, tangent, *since, tolerance)
+    if isinstance(found, str):
+        begin = replace(unloaded(at), enclosed=at.enclosed.part(0.0))
+        found = fill(at, tangent, begin, rest(at.model), tolerance)
+    if isinstance(found, str):
+        return NoEquilibrium(found, 0.0, None)
+    pressures = pressure_of(found, at.enclosed.rows(at.model))
+    equilibrium = read_off(found.at, tangent, found.state, found.residual, before)
+    return replace(equilibrium, enclosed=dict(zip(at.enclosed.chambers, map(float, pressures), strict=True)))
 
 
 def find_near(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
@@ -403,7 +451,7 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
         Factorisations and solutions before the search.
     """
     model = at.model
-    negative = tangent.pivots_at(at, state)
+    negative = negative_motions(at, tangent, state)
     u = displacement(model.tip, at.X, state)
     _, forces = evaluate(at, state)
     plate = state.plate if model.plate else np.r_[tip_centre(model.tip, at.X, u), np.zeros(3)]

@@ -15,6 +15,7 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.solve.filled import negative_motions
 from pneumorph.mesh import TetMesh, Unfolded, unfold
 
 
@@ -35,7 +36,7 @@ class Whole:
             spring=self.part.copies * at.loads.spring,
             wrench=self.part.copies * at.loads.wrench,
         )
-        return Configuration(self.model, self.image.vectors(at.X), loads, at.blocked)
+        return Configuration(self.model, self.image.vectors(at.X), loads, at.blocked, at.enclosed)
 
     def state(self, part: State) -> State:
         """The symmetric state of the whole body, from the state of its part."""
@@ -50,8 +51,9 @@ class Whole:
 
     def negative_pivots(self, at: Configuration, state: State) -> int:
         """Negative pivots of the whole body at a state of the part; 0 means stable against all motions."""
-        self.tangent.factorise(self.configuration(at), self.state(state))
-        return self.tangent.negative_pivots
+        there, whole = self.configuration(at), self.state(state)
+        self.tangent.factorise(there, whole)
+        return negative_motions(there, self.tangent, whole)
 
 
 def whole_of(part: Model, mesh: TetMesh) -> Whole:
