@@ -50,6 +50,7 @@ class Kind:
 
 
 LENGTH = Kind("a length", "mm", "mm", "80 mm", 1e6)
+VOLUME = Kind("a volume", "mm^3", "ml", "12 ml", 1e12)
 AREA = Kind("an area", "mm^2", "mm^2", "8 mm^2")
 PER_LENGTH = Kind("a number per length", "1/mm", "/mm", "0.6 /mm")
 CURVATURE = Kind("a number per area", "1/mm^2", "/mm^2", "0.3 /mm^2")

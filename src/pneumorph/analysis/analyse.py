@@ -29,15 +29,18 @@ from pneumorph.mechanics import (
     deformation_gradients,
     diagnose,
     displacement,
+    enclosed_of,
     gradients_after,
     guided_of,
     lateral_models,
     loads_of,
     masses_of,
     model_of,
+    negative_motions,
     part_of,
     predict,
     rest,
+    settled,
     softest,
     solve,
     whole_of,
@@ -194,18 +197,20 @@ def analyse(
     for number, task in enumerate(problem.task):
         under = acting(problem, task)
         loads = loads_of(problem, disc.model, pressures[task.name], task.poses, reinforcement, under)
-        at = configure(disc.model, X, loads, guided_of(problem, under))
+        at = configure(disc.model, X, loads, guided_of(problem, under), enclosed_of(problem, task.volumes))
         start = starts[task.name] if starts else None
         since = None
         if near is not None and disc.model.contact is not None:
             since = near.configurations[task.name], near.equilibria[task.name].state
         with doing(f"task {task.name}"):
             equilibrium = solve(at, disc.tangents[task.name], start, tolerance, since, most, roughest)
-            if explain and isinstance(equilibrium, NoEquilibrium):
+            if explain and at.enclosed is None and isinstance(equilibrium, NoEquilibrium):
                 equilibrium = diagnose(at, disc.tangents[task.name], equilibrium)
         if isinstance(equilibrium, NoEquilibrium):
             return explained(problem, number, equilibrium) if explain else equilibrium
+        at = settled(at, equilibrium)
         configurations[task.name], equilibria[task.name] = at, equilibrium
+        pressures[task.name] = {**pressures[task.name], **equilibrium.enclosed}
         values[task.name] = disc.objectives[task.name].at(disc.model, at.X, equilibrium.state)
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
@@ -223,7 +228,7 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
     for name, equilibrium in analysis.equilibria.items():
         tangent = disc.tangents[name]
         tangent.move_to(analysis.configurations[name], equilibrium.state)
-        stable[name] = tangent.negative_pivots == 0
+        stable[name] = negative_motions(analysis.configurations[name], tangent, equilibrium.state) == 0
     if not disc.model.part:
         return stable
     if disc.lateral:
@@ -275,7 +280,9 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
     pressures, reinforcement = space.pressures(phi), space.reinforcement(phi)
     guesses = {}
     for name, at in analysis.configurations.items():
-        pressure = np.array([pressures[name][chamber] for chamber in disc.model.chambers])
+        # Those that are unknown are found from the predicted state.
+        own = pressures[name] | analysis.equilibria[name].enclosed
+        pressure = np.array([own[chamber] for chamber in disc.model.chambers])
         loads = at.loads._replace(pressure=pressure, reinforcement=reinforcement)
         guesses[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
     return guesses

@@ -29,7 +29,8 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
     for name, at in analysis.configurations.items():
         if name not in analysis.limit_points:
             equilibrium, far = analysis.equilibria[name], Margin(BEYOND * bound, None)
-            inflated = float(np.max(at.loads.pressure)) > 0.0
+            # A given volume does not grow by itself, and what is sealed not without end.
+            inflated = at.enclosed is None and float(np.max(at.loads.pressure)) > 0.0
             near = inflated and limit_ahead(at, disc.tangents[name], equilibrium.state) < NEAR * bound
             # With another solver: those of the tasks keep the factorisations from which the next design starts.
             ahead = find_margin(at, Tangent(disc.model), equilibrium, bound) if near else far

@@ -17,9 +17,11 @@ from pneumorph.mechanics import (
     State,
     Tangent,
     configure,
+    enclosed_of,
     guided_of,
     loads_of,
     rotation_vector,
+    settled,
     solve,
 )
 from pneumorph.objective import Features
@@ -108,7 +110,7 @@ def collect_fields(
 def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
     """Displacements (N, 3) in mm without pressures, under the first task's loads; None if it has none, or no state."""
     under = acting(problem, problem.task[0])
-    if not under.moves:
+    if not under.moves or enclosed_of(problem, {}) is not None:
         return None
     reinforcement = next(iter(analysis.configurations.values())).loads.reinforcement
     loads = loads_of(problem, disc.model, {}, reinforcement=reinforcement, under=under)
@@ -142,11 +144,11 @@ def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inf
 
 def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:
     """Equilibria at the fractions `PARTS` of the pressures, from the largest down, as far as they are found."""
-    full, left = at.loads, MOST_FACTORISATIONS
+    full, filled, left = at.loads, at.enclosed, MOST_FACTORISATIONS
     for part in reversed(PARTS):
-        to = replace(at, loads=full._replace(pressure=part * full.pressure))
+        to = replace(at, loads=full._replace(pressure=part * full.pressure), enclosed=filled and filled.part(part))
         answer = solve(to, tangent, None, DESIGN_TOLERANCE, (at, state), left)
         if isinstance(answer, NoEquilibrium):
             return
-        at, state, left = to, answer.state, left - answer.factorisations
+        at, state, left = settled(to, answer), answer.state, left - answer.factorisations
         yield part, answer

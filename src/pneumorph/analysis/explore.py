@@ -10,6 +10,7 @@ import numpy as np
 from pneumorph.analysis.analyse import refuse_friction
 from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.simulate import step_of
+from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
     Configuration,
@@ -22,6 +23,7 @@ from pneumorph.mechanics import (
     Tangent,
     Whole,
     configure,
+    enclosed_of,
     guided_of,
     loads_of,
     mirrors_of,
@@ -102,6 +104,8 @@ class Explorer:
         results: Mapping[str, TaskResult] | None = None,
     ) -> None:
         refuse_friction(problem)
+        if enclosed_of(problem, problem.task[0].volumes) is not None:
+            raise ProblemError("explore: pressures of sealed and filled chambers follow; use simulate --volume")
         self.problem, self.body = problem, body
         self._stored, self._results = stored, results or {}
         self._under = acting(problem, problem.task[0])

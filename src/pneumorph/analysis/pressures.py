@@ -24,6 +24,7 @@ _FIX = "write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
 _FIX_MOVE = "write plate.z=-3mm for a displacement or plate.z=0:-3:-0.5mm for a sweep"
 _FIX_LENGTH = "write axial=2mm for a value at which it is held or axial=0:4:1mm for a sweep"
 _FIX_ANGLE = "write bending_y=30deg for a value at which it is held or bending_y=0:30:5deg for a sweep"
+_FIX_VOLUME = "write A=12ml for a volume or A=0:12:1ml for a sweep"
 _FIX_TURN = "write plate.turn_z=30deg for a turn or plate.turn_z=0:90:5deg for a sweep"
 MOST_STEPS = 10_000
 """Of a sweep: more are taken for a mistake of a unit."""
@@ -32,8 +33,8 @@ MOTIONS = {name: units.ANGLE if name.startswith("turn_") else units.LENGTH for n
 """The motions of an obstacle, along and about the axes."""
 BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF)}, "all": COMPONENTS}
 """The plate components that each word of the option `block` holds."""
-HELD = "held "
-"""What the names of held motions begin with among what is swept: names of chambers and obstacles have no spaces."""
+HELD, FILLED = "held ", "volume "
+"""What the names of held motions and of filled chambers begin with among what is swept: names have no spaces."""
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,14 @@ class PressurePath:
     steps : MPa by chamber, at every step.
     moves : mm or rad by motion, at every step.
     holds : mm or rad by component of the plate that is held, at every step.
+    volumes : mm³ by chamber that is filled, at every step.
     """
 
     swept: tuple[str, ...]
     steps: list[dict[str, float]]
     moves: list[dict[str, float]]
     holds: list[dict[str, float]]
+    volumes: list[dict[str, float]]
 
 
 def pressure_paths(
@@ -61,6 +64,7 @@ def pressure_paths(
     moves: Mapping[str, Any] | None = None,
     obstacles: Sequence[str] = (),
     block: Iterable[str] = (),
+    volumes: Mapping[str, Any] | None = None,
 ) -> list[PressurePath]:
     """Read the pressures, and the displacements of obstacles, that a user gives for a simulation.
 
@@ -76,6 +80,7 @@ def pressure_paths(
     moves : {"plate.z": "-3 mm", "0:-3:-0.5 mm" or a pint quantity}, and {"plate.turn_z": "30 deg" or "0:90:5 deg"}
     obstacles : names of all obstacles.
     block : motions of the plate that are held, "axial", "axial=2 mm" or "axial=0:4:1 mm".
+    volumes : {chamber: "12 ml" or "0:12:1 ml"}, of liquid that is filled in.
 
     Raises
     ------
@@ -97,6 +102,12 @@ def pressure_paths(
         fix = _FIX_MOVE if motions[name] is units.LENGTH else _FIX_TURN
         values[name] = _read(f"move {name}={asked}", asked, motions[name], fix)
     values |= _held(block)
+    for name, asked in (volumes or {}).items():
+        if name not in chambers:
+            raise ProblemError(f'volume {name}={asked}: there is no chamber "{name}"; use one of {", ".join(chambers)}')
+        if name in given:
+            raise ProblemError(f'volume {name}={asked}: chamber "{name}" has a pressure too; leave one of them out')
+        values[FILLED + name] = _read(f"volume {name}={asked}", asked, units.VOLUME, _FIX_VOLUME)
     constant = {name: float(each[0]) for name, each in values.items() if len(each) == 1}
     swept = {name: each for name, each in values.items() if len(each) > 1}
     if one_by_one:
@@ -139,14 +150,16 @@ def _path(swept: tuple[str, ...], steps: list[dict[str, float]], chambers: tuple
 
     def of(kind: int) -> list[dict[str, float]]:
         own = ({name: value for name, value in step.items() if _kind(name, chambers) == kind} for step in steps)
-        return [{name.removeprefix(HELD): value for name, value in step.items()} for step in own]
+        return [{name.removeprefix(HELD).removeprefix(FILLED): value for name, value in step.items()} for step in own]
 
-    return PressurePath(swept, of(0), of(1), of(2))
+    return PressurePath(swept, of(0), of(1), of(2), of(3))
 
 
 def _kind(name: str, chambers: tuple[str, ...]) -> int:
-    """0 for a chamber, 1 for a motion of an obstacle, 2 for a motion of the plate that is held."""
-    return 0 if name in chambers else 2 if name.startswith(HELD) else 1
+    """0 for a chamber, 1 for a motion of an obstacle, 2 for a motion of the plate that is held, 3 for a volume."""
+    if name in chambers:
+        return 0
+    return 2 if name.startswith(HELD) else 3 if name.startswith(FILLED) else 1
 
 
 def _read(key: str, asked: Any, kind: units.Kind, fix: str) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import starmap
@@ -26,10 +27,13 @@ from pneumorph.mechanics import (
     Whole,
     configure,
     contact_forces,
+    enclosed_of,
     guided_of,
     loads_of,
     model_of,
     part_of,
+    sealed,
+    settled,
     sweep,
     sweep_with_friction,
     whole_of,
@@ -114,11 +118,12 @@ class Simulation:
         """The first task whose chambers have the same pressures, but for those that the paths give."""
         path = self.paths[0]
 
-        def own(name: str) -> tuple[dict[str, float], Poses, Acting]:
+        def own(name: str) -> tuple[dict[str, float], Poses, Acting, dict[str, float]]:
             pressures = {
                 chamber: part for chamber, part in self.pressures[name].items() if chamber not in path.steps[0]
             }
-            return pressures, self._poses(name, path.moves[0]), _loads(self.problem, name, path.holds[0])
+            volumes = _volumes(self.problem, name, path.steps[0], path.volumes[0])
+            return pressures, self._poses(name, path.moves[0]), _loads(self.problem, name, path.holds[0]), volumes
 
         return next(name for name in self.pressures if own(name) == own(task))
 
@@ -160,7 +165,10 @@ class Simulation:
                 along = [{**own, **given} for given in path.steps]
                 poses = [self._poses(tasks[0], given) for given in path.moves]
                 under = [_loads(self.problem, tasks[0], given) for given in path.holds]
-                configurations = list(starmap(self._configured, zip(along, poses, under, strict=True)))
+                filled = [
+                    _volumes(self.problem, tasks[0], *each) for each in zip(path.steps, path.volumes, strict=True)
+                ]
+                configurations = list(starmap(self._configured, zip(along, poses, under, filled, strict=True)))
                 found = self._sweep(configurations, tangent, whole)
                 for pressures, posed, (at, answer) in zip(along, poses, found, strict=True):
                     moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
@@ -171,9 +179,14 @@ class Simulation:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, answer)))
                         yield curve.steps[-1]
 
-    def _configured(self, pressures: dict[str, float], poses: Poses, under: Acting) -> Configuration:
-        loads = loads_of(self.problem, self.model, pressures, poses, under=under)
-        return configure(self.model, self.mesh.points, loads, guided_of(self.problem, under))
+    def _configured(
+        self, pressures: dict[str, float], poses: Poses, under: Acting, volumes: dict[str, float]
+    ) -> Configuration:
+        loads, guided = (
+            loads_of(self.problem, self.model, pressures, poses, under=under),
+            guided_of(self.problem, under),
+        )
+        return configure(self.model, self.mesh.points, loads, guided, enclosed_of(self.problem, volumes))
 
     def _sweep(
         self, path: list[Configuration], tangent: Tangent, whole: Whole | None
@@ -200,6 +213,7 @@ def _sweep_of_part(
     before: tuple[Configuration, State] | None = None
     for number, (at, answer) in enumerate(zip(path, sweep(path, tangent), strict=True)):
         if isinstance(answer, Equilibrium):
+            at = settled(at, answer)
             if answer.stable and whole.negative_pivots(at, answer.state) > 0:
                 rest = [whole.configuration(each) for each in path[number:]]
                 yield from zip(rest, sweep(rest, whole.tangent, before), strict=True)
@@ -222,6 +236,7 @@ def prepare_simulation(
     one_by_one: bool = False,
     moves: Mapping[str, Any] | None = None,
     friction: float | None = None,
+    volumes: Mapping[str, Any] | None = None,
 ) -> Simulation:
     """Mesh a body, or a part of it where symmetry allows that, for sweeps.
 
@@ -236,6 +251,7 @@ def prepare_simulation(
     moves : {"plate.z": "-3 mm" or "0:-3:-0.5 mm"}, displacements of obstacles in place of those of the tasks, and
         {"plate.turn_z": "30 deg" or "0:90:5 deg"}, their turns.
     friction : coefficient of friction on obstacles, by default that of the problem.
+    volumes : {chamber: "12 ml" or "0:12:1 ml"}, liquid that is filled in, in place of a pressure.
 
     Raises
     ------
@@ -248,9 +264,16 @@ def prepare_simulation(
     block = list(block)
     if block and problem.end_effector.kind == "free":
         raise ProblemError('block: a free tip has no plate to hold; set kind = "plate" in [end_effector]')
-    paths = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles, block)
+    paths = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles, block, volumes)
+    unknown = {*(volumes or {}), *sealed(problem), *(name for task in problem.task for name in task.volumes)}
+    for name in sealed(problem):
+        if name in given or name in (volumes or {}):
+            raise ProblemError(f'chamber "{name}" is sealed with gas: its pressure follows; leave it out')
+    if unknown and (problem.contact is not None or problem.obstacle):
+        raise ProblemError("volume: is not possible with contact and obstacles; give a pressure")
     under = [_loads(problem, name, each) for name in pressures for path in paths for each in path.holds]
-    applied = [{**own, **each} for own in pressures.values() for path in paths for each in path.steps]
+    nothing = dict.fromkeys(unknown, math.nan)
+    applied = [{**own, **each, **nothing} for own in pressures.values() for path in paths for each in path.steps]
     mesh = mesh_of(problem, body, part_of(problem, applied, under)).mesh
     targets = {name: target for name, target in _targets(problem).items() if name in pressures}
     given_friction = 0.0 if problem.contact is None else problem.contact.friction
@@ -276,6 +299,14 @@ def _friction(problem: Problem, coefficient: float) -> float:
 def _targets(problem: Problem) -> dict[str, Objective]:
     """The objectives that have a distance from a target; functions of users are not called."""
     return build_objectives(problem, aimed=True)
+
+
+def _volumes(
+    problem: Problem, task: str, pressures: Mapping[str, float], given: Mapping[str, float]
+) -> dict[str, float]:
+    """The volumes in mm³ that are filled into chambers: those of a task, but for what is given in their place."""
+    own = next(each for each in problem.task if each.name == task).volumes
+    return {name: value for name, value in (own | dict(given)).items() if name not in pressures}
 
 
 def _loads(problem: Problem, task: str, given: Mapping[str, float]) -> Acting:
@@ -310,7 +341,7 @@ def step_of(
     translations, rotations = poses_of(at.model, motion)
     return SweepStep(
         task=task,
-        pressures=pressures,
+        pressures=pressures | answer.enclosed,
         translation=vector(motion.translation),
         rotation=vector(motion.rotation),
         reaction=_reaction(at, answer),

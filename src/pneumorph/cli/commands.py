@@ -65,6 +65,14 @@ def simulate(
             "Swept chambers change together. Other chambers have the pressure of the task.",
         ),
     ] = None,
+    volume: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="A=0:12:1ml",
+            help="Fill a chamber with a volume of liquid beyond that at rest, constant or as a sweep, in place of a "
+            "pressure, which is found; repeatable.",
+        ),
+    ] = None,
     move: Annotated[
         list[str] | None,
         typer.Option(
@@ -108,6 +116,7 @@ def simulate(
     simulate(
         source,
         pressures=pressure or [],
+        volumes=volume or [],
         moves=move or [],
         friction=friction,
         one_by_one=one_by_one,

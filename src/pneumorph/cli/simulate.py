@@ -32,6 +32,7 @@ def simulate(
     source: Path,
     *,
     pressures: list[str],
+    volumes: list[str],
     moves: list[str],
     friction: float | None,
     one_by_one: bool,
@@ -50,6 +51,8 @@ def simulate(
         A problem file or a run directory.
     pressures : list of "CHAMBER=60kPa" or "CHAMBER=0:60:5kPa"
         Constant and swept pressures.
+    volumes : list of "CHAMBER=12ml" or "CHAMBER=0:12:1ml"
+        Constant and swept volumes of liquid, in place of pressures.
     moves : list of "OBSTACLE.AXIS=-3mm" or "OBSTACLE.AXIS=0:-3:-0.5mm"
         Constant and swept poses.
     friction : float or None
@@ -82,12 +85,13 @@ def simulate(
         announce(None)
     design = design_of(source, number, asking(trust))
     given = _given("--pressure", pressures, PRESSURES)
+    filled = _given("--volume", volumes, VOLUMES)
     moved = _given("--move", moves, MOVES)
     console = Console(quiet=quiet)
     for option, path in files.items():
         for folder in _check(option, path):
             console.print(Text(f"the folder {folder} is made for {path.name if path else ''}"), soft_wrap=True)
-    simulation = design.prepare_simulation(given, block, one_by_one, task, moved, friction)
+    simulation = design.prepare_simulation(given, block, one_by_one, task, moved, friction, filled)
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model = simulation.model
@@ -124,6 +128,7 @@ def simulate(
 
 
 PRESSURES = "a chamber with its pressure; write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
+VOLUMES = "a chamber with its volume; write A=12ml for a constant one or A=0:12:1ml for a sweep"
 MOVES = (
     "an obstacle and an axis with a displacement or a turn; write plate.z=-3mm or plate.turn_z=30deg or, for a sweep, "
     "plate.z=0:-3:-0.5mm"
@@ -138,7 +143,7 @@ def _given(key: str, options: list[str], what: str) -> dict[str, str]:
         if not equals:
             raise ProblemError(f"{key} {option}: is not {what}")
         if name.strip() in given:
-            kind = "chamber " if key == "--pressure" else ""
+            kind = "chamber " if key != "--move" else ""
             raise ProblemError(f'{key} {option}: {kind}"{name.strip()}" is given twice; leave one of them out')
         given[name.strip()] = values
     return given

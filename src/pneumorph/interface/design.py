@@ -141,6 +141,7 @@ class Design:
         task: str | None = None,
         moves: Mapping[str, Any] | None = None,
         friction: float | None = None,
+        volumes: Mapping[str, Any] | None = None,
     ) -> Sweep:
         """Find equilibria at the tasks' pressures, or along sweeps of pressure or of places of obstacles.
 
@@ -179,7 +180,7 @@ class Design:
         True
         """
         began, curves = time.perf_counter(), list[Curve]()
-        prepared = self.prepare_simulation(pressures, block, one_by_one, task, moves, friction)
+        prepared = self.prepare_simulation(pressures, block, one_by_one, task, moves, friction, volumes)
         for _ in prepared.run(curves):
             pass
         return Sweep(prepared, curves, time.perf_counter() - began)
@@ -192,12 +193,13 @@ class Design:
         task: str | None = None,
         moves: Mapping[str, Any] | None = None,
         friction: float | None = None,
+        volumes: Mapping[str, Any] | None = None,
     ) -> Simulation:
         """Prepare what `simulate` does, to be run step by step.
 
         Parameters
         ----------
-        pressures, block, one_by_one, task, moves, friction
+        pressures, block, one_by_one, task, moves, friction, volumes
             As for `simulate`.
 
         Raises
@@ -207,7 +209,8 @@ class Design:
         """
         names = [block] if isinstance(block, str) else block
         own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
-        return prepare_simulation(self.problem, self.body, own, pressures or {}, names, one_by_one, moves, friction)
+        options = pressures or {}, names, one_by_one, moves, friction, volumes
+        return prepare_simulation(self.problem, self.body, own, *options)
 
     def explorer(self) -> Explorer:
         """Find equilibria at any pressures, one after another, each from the nearest ones that are known.

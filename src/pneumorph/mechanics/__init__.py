@@ -10,7 +10,7 @@ from pneumorph.mechanics.elements.kinematics import Guess, State, deformation_gr
 from pneumorph.mechanics.elements.plate import COMPONENTS, rotation, rotation_vector
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.material.rubber import Rubber, neo_hookean_rubber
-from pneumorph.mechanics.setup import guided_of, loads_of, model_of, rubber_of, rubbers_of
+from pneumorph.mechanics.setup import enclosed_of, guided_of, loads_of, model_of, rubber_of, rubbers_of
 from pneumorph.mechanics.solve.ahead import limit_ahead
 from pneumorph.mechanics.solve.equilibrium import (
     TOLERANCE,
@@ -22,10 +22,11 @@ from pneumorph.mechanics.solve.equilibrium import (
     settled,
     solve,
 )
+from pneumorph.mechanics.solve.filled import negative_motions
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction_sweep import sweep_with_friction
 from pneumorph.mechanics.solve.lateral import Softest, lateral_models, masses_of, softest
-from pneumorph.mechanics.solve.mirror import breaking_loads, mirrors_of
+from pneumorph.mechanics.solve.mirror import breaking_loads, mirrors_of, sealed
 from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
@@ -59,6 +60,7 @@ __all__ = [
     "deformation_gradients",
     "diagnose",
     "displacement",
+    "enclosed_of",
     "follow",
     "gradients_after",
     "guided_of",
@@ -68,6 +70,7 @@ __all__ = [
     "masses_of",
     "mirrors_of",
     "model_of",
+    "negative_motions",
     "neo_hookean_rubber",
     "part_of",
     "predict",
@@ -77,6 +80,7 @@ __all__ = [
     "rotation_vector",
     "rubber_of",
     "rubbers_of",
+    "sealed",
     "secant_start",
     "settled",
     "softest",

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from pneumorph.errors import Hopeless
+from pneumorph.mechanics.assembly.enclosed import Enclosed
 from pneumorph.mechanics.assembly.model import Model, build_model
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Free, gaps, resting
@@ -44,6 +45,7 @@ from pneumorph.problem import (
 from pneumorph.problem import Reinforcement as ReinforcementSpec
 from pneumorph.problem.acting import Acting, acting, has_weight
 from pneumorph.problem.components import POSE
+from pneumorph.problem.gas import Gas
 from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from pneumorph.problem.materials import materials
 from pneumorph.problem.regions import REST
@@ -273,6 +275,23 @@ def loads_of(
         moves=moves,
         reinforcement=reinforcement,
         held=np.array([under.hold.values.get(component, 0.0) for component in COMPONENTS]),
+    )
+
+
+def enclosed_of(problem: Problem, volumes: Mapping[str, float]) -> Enclosed | None:
+    """The chambers whose pressure is unknown: those with a gas, and those with a volume that is filled in, mm³."""
+    gases = {chamber.name: chamber.gas for chamber in problem.body.chamber if chamber.gas is not None}
+    names = [chamber.name for chamber in problem.body.chamber if chamber.name in gases or chamber.name in volumes]
+    if not names:
+        return None
+    laws = [gases.get(name, Gas()) for name in names]
+    return Enclosed(
+        chambers=tuple(names),
+        added=np.array([volumes.get(name, 0.0) for name in names]),
+        gas=np.array([name in gases for name in names]),
+        filling=np.array([law.pressure for law in laws]),
+        exponent=np.array([law.exponent for law in laws]),
+        atmosphere=np.array([law.atmosphere for law in laws]),
     )
 
 

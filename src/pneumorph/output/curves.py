@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from pneumorph.analysis import Curve
-from pneumorph.analysis.pressures import HELD
+from pneumorph.analysis.pressures import FILLED, HELD
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.figures import COLOURS, COLUMN, PAGE, SMALL, TEXT, Figure, plain
 from pneumorph.output.sweeps import AXES, reactions, touched
@@ -77,11 +77,14 @@ def _diagrams(curves: Sequence[Curve]) -> list[Diagram]:
         for number, axis in enumerate(AXES)
     }
     volumes = {name: part(lambda step: step.volumes, name) for name in curves[0].found[0].volumes}
+    filled = {name.removeprefix(FILLED) for curve in curves for name in curve.swept if name.startswith(FILLED)}
+    unknown = {name: part(lambda step: step.pressures, name, 1e3) for name in volumes if name in filled}
     return [
         Diagram("translation of the tip", "mm", _named("along", motion), 0.01),
         Diagram("rotation of the tip", "degrees", _named("about", turning), 0.1),
         Diagram("blocked force of the tip", "N", _named("along", reaction_lines(COMPONENTS[:3])), 1e-3),
         Diagram("blocked torque of the tip", "N·mm", _named("about", reaction_lines(COMPONENTS[3:])), 1e-2),
+        Diagram("pressure of the chambers", "kPa", unknown),
         Diagram("volume of the chambers", "mm³", volumes),
         Diagram("force on obstacles", "N", on_obstacles, 1e-3),
         Diagram("largest stretch", "stretch (1)", {"": lambda step: step.max_stretch}),
@@ -135,6 +138,9 @@ def _along(curve: Curve, step: SweepStep) -> float:
     first = curve.swept[0]
     if first in step.pressures:
         return 1e3 * step.pressures[first]
+    if first.startswith(FILLED):
+        name = first.removeprefix(FILLED)
+        return 1e-3 * step.volumes[name]
     if first.startswith(HELD):
         value = step.holds.get(first.removeprefix(HELD), 0.0)
         return np.degrees(value) if is_turn(first.removeprefix(HELD)) else value
@@ -152,6 +158,8 @@ def _pressure(curves: Sequence[Curve]) -> str:
         if len(moved) > 1 or len({curve.swept[0] for curve in curves}) > 1:
             return "pressure, kPa, displacement, mm, or turn, °"
         name = moved.pop()
+        if name.startswith(FILLED):
+            return f"volume of {name.removeprefix(FILLED)}, ml"
         if name.startswith(HELD):
             component = name.removeprefix(HELD)
             words = MOTION_WORDS[MOTION_OF.get(component, component)]

@@ -8,6 +8,7 @@ from pydantic import Field, GetJsonSchemaHandler, Strict, TypeAdapter, Validatio
 from pydantic_core import CoreSchema
 
 from pneumorph import units
+from pneumorph.problem.gas import Gas
 from pneumorph.problem.models import MOST_CHAMBERS, Length, Number, PositiveLength, Whole
 from pneumorph.problem.names import Name
 from pneumorph.problem.outline import Outline, arc
@@ -132,6 +133,8 @@ class ChamberSpec(_Tube):
     """Flat ends, or hemispheres that close in a pole."""
     ripple: Ripple | None = None
     """Initial ripple of this chamber, instead of the body's."""
+    gas: Gas | None = None
+    """Gas that the chamber is sealed with; without it tasks give its pressure or its volume."""
     copies: Annotated[Whole, Field(ge=1, le=24)] = 1
     """Number of such chambers around the body's axis, equally spaced; copies of "A" are named A1, A2, …"""
 

@@ -34,6 +34,7 @@ Stiffness = Annotated[float, Quantity(units.STIFFNESS, "not negative")]
 RotationalStiffness = Annotated[float, Quantity(units.ROTATIONAL_STIFFNESS, "not negative")]
 Force = Annotated[float, Quantity(units.FORCE)]
 Moment = Annotated[float, Quantity(units.MOMENT)]
+Volume = Annotated[float, Quantity(units.VOLUME)]
 Whole = Annotated[int, Strict()]
 
 
@@ -195,7 +196,11 @@ class Task(Table):
     pressure: Annotated[
         dict[Name, Pressure], Field(max_length=MOST_CHAMBERS), Example('e.g. pressure = { A = "60 kPa" }')
     ]
-    """Gauge pressure of each chamber; 0 for a chamber without an entry."""
+    """Gauge pressure of each chamber; 0 for a chamber without an entry, a volume or a gas."""
+    volume: (
+        Annotated[dict[Name, Volume], Field(max_length=MOST_CHAMBERS), Example('e.g. volume = { A = "12 ml" }')] | None
+    ) = None
+    """Volume of liquid that is filled into chambers beyond theirs at rest, in place of a pressure, which follows."""
     move: (
         Annotated[
             dict[Name, tuple[Length, Length, Length]],
@@ -226,6 +231,11 @@ class Task(Table):
     """Gravity in this task, a table as [gravity], or "none"; by default that of [gravity]."""
     objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
     """The objective of the shape and the free pressures."""
+
+    @property
+    def volumes(self) -> dict[str, float]:
+        """Volumes in mm³ that are filled into chambers."""
+        return self.volume or {}
 
     @property
     def moves(self) -> dict[str, tuple[float, float, float]]:

@@ -25,6 +25,7 @@ from pneumorph.cad.shells import shells_of
 from pneumorph.errors import ComputationError, MeshError, ProblemError, short
 from pneumorph.problem.body import BodySpec, Ripple, Symmetry
 from pneumorph.problem.directions import Number
+from pneumorph.problem.gas import Gas
 from pneumorph.problem.models import MOST_CHAMBERS, Length
 from pneumorph.problem.names import Name
 from pneumorph.problem.reading import read_bytes
@@ -106,6 +107,8 @@ class VoidSpec(Table):
     """A point in the void."""
     port: Annotated[str, StringConstraints(max_length=60)] | None = None
     """The plane in which the rim of its opening lies, e.g. "z = 0 mm"; by default the void is closed."""
+    gas: Gas | None = None
+    """Gas that the chamber is sealed with; without it tasks give its pressure or its volume."""
 
     @model_validator(mode="after")
     def _port_is_a_plane(self) -> VoidSpec:

@@ -1,6 +1,6 @@
 """Sensitivity of objectives to shape and pressures: exact gradient, the paper's boundary formula, Taylor tests."""
 
-from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient, residual_jacobian
+from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient, residual_jacobian, with_border
 from pneumorph.sensitivity.boundary import boundary_gradient
 from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
@@ -19,4 +19,5 @@ __all__ = [
     "margin_slope",
     "residual_jacobian",
     "taylor_test",
+    "with_border",
 ]

@@ -95,13 +95,13 @@ def gradient(
     model, state = at.model, equilibrium.state
     value, direct, seed = objective.slope(model, at.X, state)
     solved = tangent.solve_at(at, state, np.where(at.constrained, 0.0, model.vector(seed)), accuracy)
-    (solved,), (more,) = _with_border(at, tangent, state, solved[None])
+    (solved,), (more,) = with_border(at, tangent, state, solved[None])
     w = model.state(solved)
     ((shape, acting),) = products.pullback(model.potential, at.X, state, at.loads, [w])
     return NodalGradient(
         value=value,
         X=direct - shape + more,
-        pressure=dict(zip(model.chambers, _known(at, -np.asarray(acting.pressure)), strict=True)),
+        pressure=dict(zip(model.chambers, by_known(at, -np.asarray(acting.pressure)), strict=True)),
         reinforcement=-np.asarray(acting.reinforcement),
         adjoint=w,
     )
@@ -125,18 +125,16 @@ def residual_jacobian(
     model, state = at.model, equilibrium.state
     values, direct, seeds = objective.jacobian(model, at.X, state)
     rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
-    solved, more = _with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
+    solved, more = with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
     ws = [model.state(w) for w in solved]
     shapes, acting = zip(*products.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
-    pressures = np.array([_known(at, -np.asarray(loads.pressure)) for loads in acting])
+    pressures = np.array([by_known(at, -np.asarray(loads.pressure)) for loads in acting])
     reinforcement = -np.array([loads.reinforcement for loads in acting])
     return NodalJacobian(values, direct - np.array(shapes) + more, pressures, reinforcement)
 
 
-def _with_border(
-    at: Configuration, tangent: Tangent, state: State, solved: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Adjoints (m, n) of the bordered tangent from those of K, and q·∂(V − v)/∂X (m, N, 3); zeros where all is known."""
+def with_border(at: Configuration, tangent: Tangent, state: State, solved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Adjoints (m, n) of the bordered tangent from those of K, and q·∂(V − v)/∂X (m, N, 3); zeros if all is known."""
     if at.enclosed is None:
         return solved, np.zeros((len(solved), *at.X.shape))
     model, rows = at.model, at.enclosed.rows(at.model)
@@ -148,7 +146,7 @@ def _with_border(
     return solved + q @ border.along.T, np.tensordot(q, by_X, axes=1)
 
 
-def _known(at: Configuration, by_pressure: np.ndarray) -> np.ndarray:
+def by_known(at: Configuration, by_pressure: np.ndarray) -> np.ndarray:
     """Derivatives (C,) by the pressures, without those that are unknown."""
     if at.enclosed is not None:
         by_pressure = by_pressure.copy()

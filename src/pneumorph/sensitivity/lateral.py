@@ -16,6 +16,7 @@ import numpy as np
 from pneumorph.mechanics import Configuration, State, Tangent
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.solve.lateral import Softest
+from pneumorph.sensitivity.adjoint import by_known, with_border
 
 BESIDE = 1e-3
 """How far beside, in multiples of the motion, whose largest displacement is 1 mm: the error is about 1e-6."""
@@ -48,8 +49,9 @@ def lateral_slope(
     ((direct, acting),) = across(lambda there: products.pullback(potential, at.X, there, at.loads, [motion]))
     by_state = across(lambda there: products.tangent_product(potential, at.X, there, at.loads, motion))
     seed = np.where(at.constrained, 0.0, model.vector(by_state))
-    w = model.state(tangent.solve_at(at, state, seed, accuracy))
+    (solved,), (more,) = with_border(at, tangent, state, tangent.solve_at(at, state, seed, accuracy)[None])
+    w = model.state(solved)
     ((shape, through),) = products.pullback(potential, at.X, state, at.loads, [w])
-    by_pressure = acting.pressure - np.asarray(through.pressure)
+    by_pressure = by_known(at, acting.pressure - np.asarray(through.pressure))
     by_reinforcement = acting.reinforcement - np.asarray(through.reinforcement)
-    return direct - shape, dict(zip(model.chambers, map(float, by_pressure), strict=True)), by_reinforcement
+    return direct - shape + more, dict(zip(model.chambers, map(float, by_pressure), strict=True)), by_reinforcement

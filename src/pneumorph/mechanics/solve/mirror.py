@@ -39,13 +39,19 @@ def mirrors_of(
 
 
 def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -> list[Pressures]:
-    """The given pressures, or those of the tasks, where a free one is like no other."""
+    """The given pressures, or those of the tasks, where one that is free or unknown is like no other."""
     if pressures is not None:
         return list(pressures)
     return [
         {name: nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
+        | dict.fromkeys([*task.volumes, *sealed(problem)], nan)
         for task in problem.task
     ]
+
+
+def sealed(problem: Problem) -> list[str]:
+    """The chambers that are sealed with gas."""
+    return [chamber.name for chamber in problem.body.chamber if chamber.gas is not None]
 
 
 def breaking_loads(problem: Problem) -> dict[str, list[str]]:

@@ -13,7 +13,7 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.buckling import through
-from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, solve
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, settled, solve
 from pneumorph.mechanics.solve.path import diagnose
 
 MOST = 100
@@ -46,16 +46,16 @@ def sweep(
             continue
         indefinite, since = tangent.indefinite, walked[-1] if walked else None
         found = solve(at, tangent, secant_start(walked, at), since=since, most=MOST if since else math.inf)
-        if stable and _doubtful(found, tangent.indefinite > indefinite):
+        if at.enclosed is None and stable and _doubtful(found, tangent.indefinite > indefinite):
             since = since or _without_pressure(at, tangent)
             if since is not None and _by_pressure(since[0], at):
                 found = through(*since, at, tangent, found)
-        if isinstance(found, NoEquilibrium):
+        if at.enclosed is None and isinstance(found, NoEquilibrium):
             found = diagnose(at, tangent, found)
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
-            stable, walked = found.stable, [*walked[-1:], (at, found.state)]
+            stable, walked = found.stable, [*walked[-1:], (settled(at, found), found.state)]
         yield found
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.cad.stl import MOST_TRIANGLES
 from pneumorph.problem.acting import acting, faults_of_loads, has_weight
 from pneumorph.problem.body import BodySpec, ChamberSpec
+from pneumorph.problem.checks.enclosed import check_enclosed
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
 from pneumorph.problem.checks.solid import MAX_CONTROL_POINTS, MAX_ELEMENTS, check_solid
@@ -33,11 +34,11 @@ def inconsistencies(problem: Tables) -> list[Fault]:
     Checks that rely on others are left out if these have found something.
     """
     if problem.solid:
-        together = (_names, check_solid, _tasks, _ranges, _contact)
+        together = (_names, check_solid, _tasks, check_enclosed, _ranges, _contact)
         return [fault for check in together for fault in check(problem)]
     found = [*_names(problem), *_chambers_in_body(problem), *_no_lattice(problem)]
     relying = () if found else (_symmetry, _walls, check_regions, check_reinforcements)
-    for check in (*relying, _tasks, _ranges, _limits, _contact, _obstacles, _resolution):
+    for check in (*relying, _tasks, check_enclosed, _ranges, _limits, _contact, _obstacles, _resolution):
         found += check(problem)
     return found
 
