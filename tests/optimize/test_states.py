@@ -64,6 +64,7 @@ def test_a_soft_body_keeps_away_from_ballooning():
     assert all(margin >= 1.5 * (1.0 - 1e-9) for margin in margins[1:])
     assert found[-1].objective < found[1].objective
     assert end.held
+    assert end.margins == {"extend": pytest.approx(margins[-1], rel=1e-6)}
 
 
 def test_the_steps_of_the_paper_keep_it_too():

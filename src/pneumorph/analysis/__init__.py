@@ -12,7 +12,7 @@ from pneumorph.analysis.analyse import (
     lateral_stiffness,
     predict_states,
 )
-from pneumorph.analysis.ballooning import limit_points, margin_slopes, margins
+from pneumorph.analysis.ballooning import expect_limit_points, limit_points, margin_slopes, margins, near_margins
 from pneumorph.analysis.collect import collect_fields, collect_task_results, compute_inflation, compute_sag
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
@@ -52,6 +52,7 @@ __all__ = [
     "design_gradient",
     "design_slopes",
     "discretise",
+    "expect_limit_points",
     "lateral_slope_of",
     "lateral_stability",
     "lateral_stiffness",
@@ -59,6 +60,7 @@ __all__ = [
     "margin_slopes",
     "margins",
     "motion_rates",
+    "near_margins",
     "predict_states",
     "prepare_simulation",
     "run_gradient_check",

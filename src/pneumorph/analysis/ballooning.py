@@ -1,8 +1,10 @@
-"""The limit points ahead of the states of a design: estimated for every one, followed to where the estimate is near."""
+"""The limit points ahead of the states of a design: estimated while far, and found by following the path where near."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +15,12 @@ from pneumorph.sensitivity import BEYOND, Margin, find_margin, margin_slope
 
 NEAR = 1.1
 """Estimates below this multiple of the bound are near: there the path is followed."""
+
+FASTEST = 2.5
+"""How much smaller a design may make the distance from λ = 1 to the estimate: most make it smaller by less than 1.7."""
+
+FARTHEST = 5.0
+"""Estimates above are taken for this one: no design is far from ballooning because one long before was."""
 
 
 def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapping[str, Margin]:
@@ -28,14 +36,43 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
     """
     for name, at in analysis.configurations.items():
         if name not in analysis.limit_points:
-            equilibrium, far = analysis.equilibria[name], Margin(BEYOND * bound, None)
+            equilibrium = analysis.equilibria[name]
             # A given volume does not grow by itself, and what is sealed not without end.
             inflated = at.enclosed is None and float(np.max(at.loads.pressure)) > 0.0
-            near = inflated and limit_ahead(at, disc.tangents[name], equilibrium.state) < NEAR * bound
-            # With another solver: those of the tasks keep the factorisations from which the next design starts.
-            ahead = find_margin(at, Tangent(disc.model), equilibrium, bound) if near else far
-            analysis.limit_points[name] = ahead
+            estimate = limit_ahead(at, disc.tangents[name], equilibrium.state) if inflated else math.inf
+            ahead = Margin(BEYOND * bound, None)
+            if estimate < NEAR * bound:
+                # With another solver: those of the tasks keep the factorisations from which the next design starts.
+                ahead = find_margin(at, Tangent(disc.model), equilibrium, bound)
+            analysis.limit_points[name] = replace(ahead, estimate=estimate)
     return analysis.limit_points
+
+
+def expect_limit_points(before: Analysis, analysis: Analysis, bound: float) -> None:
+    """Take over from the design before that the limit points of this one are far, where that one's were farther still.
+
+    Parameters
+    ----------
+    before, analysis : of the two designs.
+    bound : of the margin.
+    """
+    for name, known in before.limit_points.items():
+        least = 1.0 + (min(known.estimate, FARTHEST) - 1.0) / FASTEST
+        if least >= NEAR * bound:
+            analysis.limit_points[name] = Margin(BEYOND * bound, None, least)
+
+
+def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:
+    """Those of the tasks of which the limit point is near, estimated anew.
+
+    Parameters
+    ----------
+    disc : the mesh of the design.
+    analysis : of the design.
+    bound : of the margin, of which `BEYOND` times is near.
+    """
+    anew = limit_points(disc, replace(analysis, limit_points={}), bound)
+    return {name: ahead.load for name, ahead in anew.items() if ahead.state is not None}
 
 
 def margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:

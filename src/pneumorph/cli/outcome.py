@@ -17,7 +17,8 @@ from pneumorph.interface.runs import Run
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, OF_STATES, in_history
-from pneumorph.output.format import format_data, format_duration, format_pressures
+from pneumorph.mechanics import rubbers_of
+from pneumorph.output.format import balloons, format_data, format_duration, format_pressures, stretches
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry, RunResult
 
@@ -28,10 +29,14 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     yield verdict(run.problem, run.history)
     yield Text(how_many(run.problem.optimizer.iterations, result))
     yield tasks_table(run.problem, start, result)
+    rubbers = rubbers_of(run.problem)
     for task in run.problem.task:
         if rates := result.rates.get(task.name):
             for sentence in certainty(task.objective, result.tasks[task.name], rates):
                 yield Text(f"{task.name}: {sentence}")
+        yield Text(f"{task.name}: {stretches(rubbers, result.tasks[task.name])}")
+        if margin := result.margins.get(task.name):
+            yield Text(f"{task.name}: {balloons(result.tasks[task.name].pressures, margin)}", style="bold")
     last = run.history[-1]
     if last.reinforcements:
         yield Text(f"{format_data(start.reinforcements)} → {format_data(last.reinforcements)}")

@@ -12,8 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import check_stability, collect_fields, compute_inflation, compute_sag, motion_rates
+from pneumorph.analysis import (
+    check_stability,
+    collect_fields,
+    compute_inflation,
+    compute_sag,
+    motion_rates,
+    near_margins,
+)
 from pneumorph.doing import doing
+from pneumorph.limits.kinds.states import MARGIN
 from pneumorph.optimize.acceptance import ACCEPTANCE_TESTS, PROPOSAL_TESTS, Attempt, Ended, Tried, first_objection
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
@@ -27,6 +35,7 @@ from pneumorph.optimize.start import resumed, start
 from pneumorph.optimize.stopping import conclusion, reason_to_stop
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import Problem
+from pneumorph.problem.defaults import MARGIN as WATCHED
 
 
 def design(
@@ -138,4 +147,5 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
         )
         fields = collect_fields(last.disc, last.analysis, sag, inflation)
         rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
-    return Finished(last.number, why, last.feasible, is_stable, rates, fields)
+    ahead = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
+    return Finished(last.number, why, last.feasible, is_stable, rates, ahead, fields)

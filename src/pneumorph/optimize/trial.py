@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, predict_states
+from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, expect_limit_points, predict_states
 from pneumorph.errors import MeshError
+from pneumorph.limits.kinds.states import MARGIN
 from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import needs_remesh, relax
 from pneumorph.mesh.quality import scaled_jacobian
@@ -93,6 +94,8 @@ def analyse_trial(
     if isinstance(analysis, NoEquilibrium):
         return Trial(disc, None, analysis.reason, before, mesh.remeshed, spent, reached=reached)
     with clock.phase("equilibrium"):
+        if (bound := MARGIN.read(problem.limits)) is not None:
+            expect_limit_points(now.analysis, analysis, bound)
         excess, limit = worst_state(problem, disc, analysis)
     return Trial(disc, analysis, "", before, mesh.remeshed, spent, lateral, excess, limit)
 

@@ -33,6 +33,25 @@ def format_data(reinforcements: Mapping[str, Mapping[str, float]]) -> str:
     )
 
 
+def balloons(pressures: Mapping[str, float], margin: float) -> str:
+    """At what pressures a state at these (MPa) would balloon, as "at 63.6 kPa it balloons, 1.07 times the working"."""
+    there = format_pressures({name: margin * pressure for name, pressure in pressures.items()})
+    working = "working pressure" if len(pressures) == 1 else "working pressures"
+    return f"at {there} it balloons, {margin:.2f} times the {working}"
+
+
+def stretches(rubbers: Mapping[str, Rubber], result: TaskResult) -> str:
+    """The largest stretch of every rubber beside the range of its data, where that is stated."""
+    by_region = result.region_stretches or dict.fromkeys([REST], result.max_stretch)
+    parts = []
+    for name, stretch in by_region.items():
+        valid = rubbers[name].valid_stretch if name in rubbers else None
+        where = f"{name} " if len(by_region) > 1 else ""
+        reach = "" if valid is None else f" (the rubber's data reach to {valid:.3g})"
+        parts.append(f"{where}{stretch:.2f}{reach}")
+    return f"largest stretch {', '.join(parts)}"
+
+
 SELF_INTERSECTS = "the deformed body self-intersects; a table [contact] in the problem file prevents this"
 
 

@@ -15,11 +15,11 @@ from pneumorph.limits.table import in_history
 from pneumorph.mechanics import rubbers_of
 from pneumorph.objective.kinds import target_of
 from pneumorph.output.cuts import view_of
-from pneumorph.output.format import format_data, format_duration, format_pressures, warnings_of
+from pneumorph.output.format import balloons, format_data, format_duration, format_pressures, stretches, warnings_of
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.acting import acting, words_of_own
 from pneumorph.problem.objectives.words import Amount
-from pneumorph.results import HistoryEntry, TaskResult, to_json
+from pneumorph.results import HistoryEntry, RunResult, TaskResult, to_json
 from pneumorph.run import RunDirectory
 
 MOST_STEP = 3_000_000
@@ -53,8 +53,15 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
         ],
         "history": [_entry(problem, entry) for entry in history],
         "result": None if result is None else to_json(result) | {"spent": format_duration(result.seconds["total"])},
-        "warnings": _warnings(problem, history[-1].tasks if result is None else result.tasks),
-        "material": [*_material(run.path / "problem.toml"), *_designed(history[-1])],
+        "warnings": [
+            *_warnings(problem, history[-1].tasks if result is None else result.tasks),
+            *([] if result is None else _ballooning(result)),
+        ],
+        "material": [
+            *_material(run.path / "problem.toml"),
+            *((f"task {name}", stretches(rubbers_of(problem), last)) for name, last in history[-1].tasks.items()),
+            *_designed(history[-1]),
+        ],
         "problem": _text(run.path / "problem.toml"),
         "files": _files(run.path / "make"),
     }
@@ -106,6 +113,12 @@ def _warnings(problem: Problem, tasks: Mapping[str, TaskResult]) -> list[str]:
     """Sentences that say where the results of the last design cannot be trusted."""
     rubbers = rubbers_of(problem)
     return [f"Task {name}: {sentence}." for name, result in tasks.items() for sentence in warnings_of(rubbers, result)]
+
+
+def _ballooning(result: RunResult) -> list[str]:
+    """Sentences on tasks that are near ballooning."""
+    margins = result.margins.items()
+    return [f"Task {name}: {balloons(result.tasks[name].pressures, margin)}." for name, margin in margins]
 
 
 def _text(path: Path) -> str:

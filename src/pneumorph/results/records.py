@@ -181,6 +181,8 @@ class RunResult:
     targets : {task: "reached", "nearly reached" or "not reached"}
         Of the tasks that have a target, see `results.targets`.
     rates : {task: MotionRates}, at the last states.
+    margins : {task: float}
+        Of tasks near ballooning: the pressures at which that happens, over the working ones.
     """
 
     title: str
@@ -200,6 +202,7 @@ class RunResult:
     reinforcements: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     targets: Mapping[str, str] = field(default_factory=dict)
     rates: Mapping[str, MotionRates] = field(metadata={"of": MotionRates}, default_factory=dict)
+    margins: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

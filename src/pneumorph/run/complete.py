@@ -30,12 +30,15 @@ class Outcome:
         If completed, whether the last state of each task is stable, against all motions of the whole body.
     rates : {task: MotionRates}
         If completed, of the last states.
+    margins : {task: float}
+        If completed, of those that are near ballooning.
     """
 
     reason: str
     completed: bool
     stable: Mapping[str, bool] = field(default_factory=dict)
     rates: Mapping[str, MotionRates] = field(default_factory=dict)
+    margins: Mapping[str, float] = field(default_factory=dict)
 
 
 def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
@@ -72,7 +75,7 @@ def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
                 run.write_fields(event.iteration, event.fields)
             show(event)
             if isinstance(event, Finished):
-                outcome = Outcome(event.reason, True, event.stable, event.rates)
+                outcome = Outcome(event.reason, True, event.stable, event.rates, event.margins)
                 _conclude(run, outcome)
                 return outcome
     except NotWritten:
@@ -116,6 +119,7 @@ def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> R
         },
         reinforcements=last.reinforcements,
         rates=outcome.rates,
+        margins=outcome.margins,
         targets={name: each.value for name, each in targets_reached(problem, history).items()},
     )
 

@@ -6,6 +6,7 @@ limit point stays on the path of equilibria, so wᵀ(∂R/∂X dX + ∂R/∂λ d
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,10 +28,13 @@ class Margin:
         λ, its pressures over the working ones; where the path was followed without one, the last λ.
     state : State or None
         Its state; None where there is none, and the derivatives are zero.
+    estimate : float
+        The estimate of λ because of which the path was followed or not, or a bound from that of a design before.
     """
 
     load: float
     state: State | None
+    estimate: float = math.inf
 
 
 def find_margin(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, bound: float) -> Margin:

@@ -16,10 +16,11 @@ from dataclasses import replace
 import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
+from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State, deformation_gradients
-from pneumorph.mechanics.solve.balance import places, pressure_force, residual_at, supported
+from pneumorph.mechanics.solve.balance import places, residual_at, supported
 from pneumorph.mechanics.solve.prediction import ENOUGH
 
 STEP = 1e-5
@@ -39,7 +40,7 @@ def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
         Its equilibrium.
     """
     pressure, vector = np.asarray(at.loads.pressure), at.model.vector(state)
-    along = tangent.solve_at(at, state, supported(at, pressure_force(at, state, pressure)), ENOUGH)
+    along = tangent.solve_at(at, state, supported(at, _pressure_force(at, state)), ENOUGH)
     small = _small(at, vector, along)
 
     def residual(share: float) -> np.ndarray:
@@ -54,6 +55,15 @@ def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
     rate, growth = (after - before) / (2.0 * small), (after - 2.0 * here + before) / small**2
     faster = _where_most(rate, growth)
     return 1.0 + 0.5 / faster if faster > 0.0 else math.inf
+
+
+def _pressure_force(at: Configuration, state: State) -> np.ndarray:
+    """f (n,), of the terms that know of pressures."""
+    outer, still = kernels.without_solid(at.model.potential), at.loads._replace(pressure=0.0 * at.loads.pressure)
+    with_pressure, without = (
+        at.model.vector(kernels.value_and_residual(outer, at.X, state, loads)[1]) for loads in (at.loads, still)
+    )
+    return without - with_pressure
 
 
 def _small(at: Configuration, vector: np.ndarray, along: np.ndarray) -> float:
