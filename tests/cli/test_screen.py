@@ -20,7 +20,15 @@ from pneumorph.problem import loads
 from pneumorph.results import RunResult
 
 PROBLEM = loads(tiny().replace("[mesh]", '[limits]\nenvelope = { radius = "9 mm" }\n[mesh]'))
-KEPT = {"wall_mm": 3.0, "fold_mm": 2.0, "curvature": 0.1, "skew": 0.0, "stretch": 0.01, "envelope_mm": 8.0}
+KEPT = {
+    "wall_mm": 3.0,
+    "fold_mm": 2.0,
+    "curvature": 0.1,
+    "skew": 0.0,
+    "stretch": 0.01,
+    "envelope_mm": 8.0,
+    "margin": 1.4,
+}
 BROKEN = KEPT | {"wall_mm": 1.85, "curvature": 0.31}
 RESULT = RunResult(
     title="Tiny", completed=True, reason="nothing improves it", iterations=3, best=3, objective=-0.2, optimality=0.1,
