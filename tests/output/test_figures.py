@@ -46,7 +46,7 @@ def problem():
 
 def story(count, used=lambda k: 0.5, **changes):
     """A history; `used` is the fraction of its curvature limit that each design uses."""
-    limits = {"wall_mm": 2.5, "fold_mm": 2.0, "skew": 0.01, "stretch": 0.01, "envelope_mm": 9.5, "margin": 1.4}
+    limits = {"wall_mm": 2.5, "fold_mm": 2.0, "skew": 0.01, "stretch": 0.01, "envelope_mm": 9.5}
     return [
         entry(
             k, tasks={"extend": task_result(translation=(0, 0, 1.0 + k))}, limits=limits | {"curvature": 0.3 * used(k)}
@@ -191,21 +191,22 @@ def test_an_overshoot_is_told_and_does_not_flatten_the_limits(problem):
 
 def test_limits_that_coincide_are_all_seen(problem):
     """Each of two equal lines has colours of its own in the picture: a wider line, and marks at other designs."""
+    problem = problem.with_changes({"limits.margin": 1})
     both = [
         replace(line, limits=line.limits | {"wall_mm": problem.limits.wall, "curvature": problem.limits.curvature})
-        for line in story(24)
+        for line in story(12)
     ]
     figure = history_figure(problem, both)
     axes = figure.axes[1]
     lines = {line.get_label(): line for line in axes.get_lines()}
     wall, curvature = lines["wall"], lines["curvature"]
     np.testing.assert_allclose(wall.get_ydata(), curvature.get_ydata())
-    marked = [set(range(24)[line.get_markevery()[0] :: line.get_markevery()[1]]) for line in (wall, curvature)]
+    marked = [set(range(12)[line.get_markevery()[0] :: line.get_markevery()[1]]) for line in (wall, curvature)]
     assert marked[0] and marked[1] and not marked[0] & marked[1]
     laid_out(figure)
     picture = np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255.0
     left, bottom = axes.transData.transform((0, 0.97)).astype(int)
-    right, top = axes.transData.transform((23, 1.03)).astype(int)
+    right, top = axes.transData.transform((11, 1.03)).astype(int)
     band = picture[picture.shape[0] - top : picture.shape[0] - bottom, left:right]
     for line in (wall, curvature):
         near = np.abs(band - to_rgb(line.get_color())).max(axis=-1) < 0.1

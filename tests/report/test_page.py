@@ -105,7 +105,7 @@ def test_numbers_are_those_of_the_result(run, page):
         assert f"{motion['value']:.2f}" in words(page, "tasks"), name
     rows = [row.locator("th, td").all_inner_texts() for row in page.locator("#limits tbody tr").all()]
     found = {row[0]: float(row[2].split()[0]) for row in rows}
-    assert found == {"wall": 2.5, "fold": 2.0, "curvature": 0.1, "skew": 0.01, "stretch": 0.01, "margin": 1.4}
+    assert found == {"wall": 2.5, "fold": 2.0, "curvature": 0.1, "skew": 0.01, "stretch": 0.01, "margin": 1.5}
     assert f"{result['objective']:g}".replace("-", "−") in words(page, "design-facts")
     for version in filter(None, result["versions"].values()):
         assert version in words(page, "run")
