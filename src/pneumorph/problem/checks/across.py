@@ -12,9 +12,11 @@ from pneumorph.cad.stl import MOST_TRIANGLES
 from pneumorph.problem.acting import acting, faults_of_loads, has_weight
 from pneumorph.problem.body import BodySpec, ChamberSpec
 from pneumorph.problem.checks.enclosed import check_enclosed
+from pneumorph.problem.checks.prospects import check_motions, check_states
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
-from pneumorph.problem.checks.solid import MAX_CONTROL_POINTS, MAX_ELEMENTS, check_solid
+from pneumorph.problem.checks.room import check_envelope, check_obstacles
+from pneumorph.problem.checks.solid import LARGEST, MAX_CONTROL_POINTS, MAX_ELEMENTS, SMALLEST, check_solid
 from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.materials import materials
@@ -34,11 +36,21 @@ def inconsistencies(problem: Tables) -> list[Fault]:
     Checks that rely on others are left out if these have found something.
     """
     if problem.solid:
-        together = (_names, check_solid, _tasks, check_enclosed, _ranges, _contact)
+        together = (_names, check_solid, _tasks, check_enclosed, _ranges, check_states, _contact, check_obstacles)
         return [fault for check in together for fault in check(problem)]
     found = [*_names(problem), *_chambers_in_body(problem), *_no_lattice(problem)]
-    relying = () if found else (_symmetry, _walls, check_regions, check_reinforcements)
-    for check in (*relying, _tasks, check_enclosed, _ranges, _limits, _contact, _obstacles, _resolution):
+    relying = () if found else (_symmetry, check_motions, _walls, check_envelope, check_regions, check_reinforcements)
+    for check in (
+        *relying,
+        _tasks,
+        check_enclosed,
+        _ranges,
+        check_states,
+        _limits,
+        _contact,
+        check_obstacles,
+        _resolution,
+    ):
         found += check(problem)
     return found
 
@@ -368,28 +380,16 @@ def _contact(problem: Tables) -> Iterator[Fault]:
             )
 
 
-def _obstacles(problem: Tables) -> Iterator[Fault]:
-    """Obstacles with a middle in the rubber of the start; one that crosses its surfaces is found once it is meshed."""
-    body = problem.tubes
-    for number, obstacle in enumerate(problem.obstacle):
-        x, y, z = getattr(obstacle, "center", (0.0, 0.0, -1.0))
-        tubes = [(body, 0.0, body.length), *((each, *each.span) for each in body.chamber)]
-        if not 0.0 < z < body.length:
-            continue
-        within = []
-        for tube, start, end in tubes:
-            outline = tube.outline.scaled(1.0 + (tube.taper - 1.0) * (z - start) / (end - start))
-            place = (0.0, 0.0) if tube is body else tube.center
-            within.append(start <= z <= end and bool(outline.moved(*place).contains(np.array([[x, y]]))[0]))
-        if within[0] and not any(within[1:]):
-            yield (
-                f"obstacle[{number}].center",
-                f'is in the rubber: "{obstacle.name}" would be part of the body; move it out',
-            )
-
-
 def _resolution(problem: Tables) -> Iterator[Fault]:
     body, density, size = problem.tubes, problem.tubes.control_density, problem.mesh.size
+    if not SMALLEST <= body.length <= LARGEST:
+        meant = body.length * (1e3 if body.length < SMALLEST else 1e-3)
+        yield (
+            "body.length",
+            f"{body.length:g} mm is no size of a soft robot, which are {SMALLEST:g} mm to {LARGEST:g} mm long; check "
+            f"the unit: {meant:g} mm?",
+        )
+        return
     tubes = [(body, body.length), *((chamber, chamber.span[1] - chamber.span[0]) for chamber in body.chamber)]
     if density * body.length < 4:
         yield (

@@ -1,0 +1,178 @@
+"""Whether there is room: chambers with their walls in the envelope, and obstacles outside of the body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.spatial import HalfspaceIntersection
+
+from pneumorph.cad.shells import encloses, shells_of
+from pneumorph.problem.contact import ObstacleSpec, PlaneSpec, TriangulatedSpec
+from pneumorph.problem.envelope import Envelope
+from pneumorph.problem.table import ROUNDING
+from pneumorph.problem.tables import Tables
+
+Array = NDArray[np.float64]
+
+UNLIKE = 300.0
+"""Size of an obstacle over the length of the body, or the other way around, beyond which the units are doubted."""
+
+SIDES = 64
+"""Planes around the cylinder of an envelope, which they hold."""
+
+
+def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
+    """Key and reason where no body of tubes fits into the envelope.
+
+    These are necessary conditions. Base and tip of every design are at z = 0 and z = length. A ball of the radius
+    `limits.wall` around a point in a chamber is in the body. Points in chambers side by side are a wall apart, and a
+    wall away from the exterior; as to how many of them a convex region holds, see Oler, Acta Mathematica 105 (1961) 19.
+    """
+    envelope, body, wall = problem.limits.envelope, problem.tubes, problem.limits.wall
+    # What is too narrow by its radius alone is found with the other limits.
+    if envelope is None or (envelope.radius is not None and envelope.radius <= wall):
+        return
+    normals, offsets = _planes(envelope)
+    for end, z in (("base", 0.0), ("tip", body.length)):
+        if _largest_ball(normals[:, :2], offsets - z * normals[:, 2])[0] <= ROUNDING:
+            yield (
+                "limits.envelope",
+                f"does not contain any of the body's {end}, which stays at z = {z:g} mm; make it larger or move it",
+            )
+            return
+    ends = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    largest, _ = _largest_ball(np.vstack([normals, ends]), np.append(offsets, [0.0, body.length]))
+    if largest < wall - ROUNDING:
+        yield (
+            "limits.envelope",
+            f"has room for a ball of radius {largest:.3g} mm at most, so for no chamber between walls of limits.wall = "
+            f"{wall:g} mm; make it larger",
+        )
+        return
+    side_by_side = max(sum(start < z < end for start, end in _spans(problem)) for z in _middles(problem))
+    upright = np.abs(normals[:, 2]) < ROUNDING
+    room = _most_points(normals[upright, :2], offsets[upright] - wall, wall)
+    if side_by_side > room:
+        yield (
+            "limits.envelope",
+            f"has room for at most {room} chambers side by side between walls of limits.wall = {wall:g} mm, but there "
+            f"are {side_by_side}; make it larger",
+        )
+
+
+def _planes(envelope: Envelope) -> tuple[Array, Array]:
+    """Normals (m, 3) and offsets (m,) of half-spaces that hold the envelope."""
+    planes = list(envelope.planes)
+    if envelope.radius is not None:
+        angles = 2.0 * math.pi * np.arange(SIDES) / SIDES
+        planes += [((math.cos(angle), math.sin(angle), 0.0), envelope.radius) for angle in angles.tolist()]
+    return np.array([normal for normal, _ in planes]), np.array([offset for _, offset in planes])
+
+
+def _largest_ball(normals: Array, offsets: Array) -> tuple[float, Array]:
+    """Radius and centre of the largest ball within half-spaces, up to 1e6 mm; a negative radius if there is none."""
+    count = normals.shape[1]
+    rows = np.column_stack([normals, np.linalg.norm(normals, axis=1)])
+    reach = [(-1e6, 1e6)] * (count + 1)
+    found = linprog(np.append(np.zeros(count), -1.0), A_ub=rows, b_ub=offsets, bounds=reach)
+    return (float(found.x[-1]), found.x[:-1]) if found.success else (-math.inf, np.zeros(count))
+
+
+def _most_points(normals: Array, offsets: Array, apart: float) -> float:
+    """How many points that far apart a convex region of the plane holds at most."""
+    radius, centre = _largest_ball(normals, offsets)
+    if radius > 1e5:
+        return math.inf
+    if radius <= ROUNDING:
+        # A line, or a point: not decided here but for the latter.
+        return math.inf
+    corners = HalfspaceIntersection(np.column_stack([normals, -offsets]), centre).intersections
+    angle = np.arctan2(*(corners - centre).T[::-1])
+    corners = corners[angle.argsort()]
+    after = np.roll(corners, -1, axis=0)
+    area = 0.5 * float(np.sum(corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]))
+    around = float(np.linalg.norm(after - corners, axis=1).sum())
+    if not math.isfinite(area) or around > 1e5:
+        return math.inf
+    return math.floor(2.0 / math.sqrt(3.0) * area / apart**2 + around / (2.0 * apart) + 1.0 + ROUNDING)
+
+
+def _spans(problem: Tables) -> list[tuple[float, float]]:
+    return [chamber.span for chamber in problem.tubes.chamber]
+
+
+def _middles(problem: Tables) -> list[float]:
+    """Heights at which every set of chambers that are side by side is met."""
+    ends = sorted({end for span in _spans(problem) for end in span})
+    return [0.5 * (low + high) for low, high in pairwise(ends)]
+
+
+def check_obstacles(problem: Tables) -> Iterator[tuple[str, str]]:
+    """Obstacles with a point in the body of the start; one that crosses its surfaces is found once it is meshed."""
+    for number, obstacle in enumerate(problem.obstacle):
+        if isinstance(obstacle, TriangulatedSpec):
+            size = obstacle.scale * float(np.ptp(obstacle.surface.points, axis=0).max()) / problem.body.length
+            if not 1.0 / UNLIKE <= size <= UNLIKE:
+                scale = obstacle.scale * (1e3 if size < 1.0 else 1e-3)
+                yield (
+                    f"obstacle[{number}].scale",
+                    f'makes "{obstacle.name}" {size:.2g} times as long as the body; is the file in another unit? Then '
+                    f"give scale = {scale:g}",
+                )
+                continue
+        point = _point_in(obstacle)
+        where = None if point is None else _inside(problem, point)
+        if where is not None:
+            key = "position" if isinstance(obstacle, TriangulatedSpec) else "center"
+            yield (
+                f"obstacle[{number}].{key}",
+                f'is in {where}: "{obstacle.name}" would be part of the body at rest; move it out',
+            )
+
+
+def _point_in(obstacle: ObstacleSpec) -> Array | None:
+    """A point (3,) of an obstacle; None for a half-space, which cannot be inside anything."""
+    if isinstance(obstacle, PlaneSpec):
+        return None
+    if isinstance(obstacle, TriangulatedSpec):
+        turn = np.array(obstacle.rotation)
+        own = obstacle.scale * obstacle.surface.points[0]
+        angle = float(np.linalg.norm(turn))
+        if angle > 0.0:
+            axis = turn / angle
+            own = (
+                math.cos(angle) * own
+                + math.sin(angle) * np.cross(axis, own)
+                + (1.0 - math.cos(angle)) * float(axis @ own) * axis
+            )
+        return own + np.array(obstacle.position)
+    return np.array(obstacle.center)
+
+
+def _inside(problem: Tables, point: Array) -> str | None:
+    """What of the body is at a point (3,), in words; None for nothing."""
+    if problem.solid is not None:
+        faces = problem.solid.outline
+        shells = shells_of(faces)
+        if not encloses(faces, shells.outside, point):
+            return None
+        return "a chamber" if any(encloses(faces, void, point) for void in shells.voids) else "the rubber"
+    body, (x, y, z) = problem.tubes, point
+    if not 0.0 < z < body.length:
+        return None
+    within = []
+    for tube, start, end in [(body, 0.0, body.length), *((each, *each.span) for each in body.chamber)]:
+        outline = tube.outline.scaled(1.0 + (tube.taper - 1.0) * (z - start) / (end - start))
+        place = (0.0, 0.0) if tube is body else tube.center
+        within.append(start <= z <= end and bool(outline.moved(*place).contains(np.array([[x, y]]))[0]))
+    if not within[0]:
+        return None
+    return next(
+        (f'chamber "{each.name}"' for each, inside in zip(body.chamber, within[1:], strict=True) if inside),
+        "the rubber",
+    )
