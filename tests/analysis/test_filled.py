@@ -74,6 +74,15 @@ def test_a_sweep_of_volume_is_that_of_its_pressures():
     assert swept.plot().axes[0].get_xlabel() == "volume of A, ml"
 
 
+def test_what_is_sealed_has_no_pressure_of_its_own():
+    design = starting_design(loads(two_beside()))
+    for options in ({"pressures": {"B": "3 kPa"}}, {"volumes": {"B": "1 ml"}}):
+        with pytest.raises(ProblemError, match='"B" is sealed'):
+            design.prepare_simulation(**options)
+    with pytest.raises(ProblemError, match="follow"):
+        design.explorer()
+
+
 def test_files_keep_them_and_parts_do_not_share_them():
     problem = loads(two_beside())
     again = loads(problem.to_toml())

@@ -115,6 +115,19 @@ def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
     assert result.output.count("buckled at -5") == 1
 
 
+def test_a_filled_chamber(run, tiny, tmp_path):
+    result = run("simulate", tiny, "--volume", "A=0:0.2:0.1ml", "--json", tmp_path / "s.json")
+    assert result.exit_code == 0, result.output
+    steps = steps_of(tmp_path / "s.json")
+    grown = np.array([step["volume_mm3"]["A"] for step in steps]) - steps[0]["volume_mm3"]["A"]
+    assert grown == pytest.approx([0.0, 100.0, 200.0], abs=1e-4)
+    assert np.all(np.diff([step["pressure_MPa"]["A"] for step in steps]) > 1e-3)
+    both = run("simulate", tiny, "--volume", "A=1ml", "--pressure", "A=1kPa")
+    assert both.exit_code == 2 and "has a pressure too" in both.stderr
+    unknown = run("simulate", tiny, "--volume", "B=1ml")
+    assert unknown.exit_code == 2 and 'no chamber "B"' in unknown.stderr
+
+
 def test_a_held_angle_is_told_by_the_command(run, tiny):
     result = run("simulate", tiny, "--block", "bending_y=10deg", "--pressure", "A=0kPa")
     assert result.exit_code == 0, result.output
