@@ -52,6 +52,19 @@ def test_voids_are_found_by_size(folder):
     assert faces.crossing is None
 
 
+@pytest.mark.parametrize("swapped", [False, True])
+def test_equal_voids_are_in_the_order_of_their_places(tmp_path, swapped):
+    places = [(3, 3, 22), (3, 3, 3), (11, 3, 3), (3, 11, 3)]
+    solid = box((0, 0, 0), (18, 18, 40))
+    for x, y, z in reversed(places) if swapped else places:
+        solid = solid - box((x, y, z), (x + 4, y + 4, z + 15))
+    written(solid, tmp_path / "four.step")
+    found = body(tmp_path, "four.step").chamber
+    assert [np.subtract(each.inside, (2, 2, 7.5)).round(6).tolist() for each in found] == [
+        [3, 3, 3], [11, 3, 3], [3, 11, 3], [3, 3, 22],
+    ]  # fmt: skip
+
+
 def test_curved_faces_are_followed(folder):
     found = findings_of(body(folder, "tube.step").faces(2.0))
     assert found.volume == pytest.approx(np.pi * (64 * 24 - 25 * 18), rel=1e-4)

@@ -76,11 +76,13 @@ def test_the_triangles_of_a_file_are_kept(written, tmp_path):
 def test_an_obstacle_from_a_file_that_is_in_the_body_is_refused(tmp_path):
     mesh = tube(4, 8, 24, (1, 8, 6))
     inside, beside = (
-        with_part(tmp_path, binary(TETRAHEDRON), f'position = ["{x} mm", "0 mm", "10 mm"]') for x in (-9, 9)
+        with_part(tmp_path, binary(TETRAHEDRON), f'position = ["{x} mm", "0 mm", "10 mm"]') for x in (-8.2, 9)
     )
     for problem, refused in ((inside, True), (beside, False)):
         with pytest.raises(ComputationError, match='"part" touches the body') if refused else nullcontext():
             setup.contact_of(problem, mesh, setup.rubber_of(problem.material))
+    with pytest.raises(ProblemError, match=r"obstacle\[0\].position: is in the rubber"):
+        with_part(tmp_path, binary(TETRAHEDRON), 'position = ["6 mm", "0 mm", "10 mm"]')
 
 
 @pytest.mark.parametrize(

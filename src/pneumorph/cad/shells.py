@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -37,7 +38,7 @@ class Shell:
 
 @dataclass(frozen=True, eq=False)
 class Shells:
-    """The outside of a body, and its voids, the largest first."""
+    """The outside of a body, and its voids, the largest first; equal ones in the order of z, y and x."""
 
     outside: Shell
     voids: tuple[Shell, ...]
@@ -69,7 +70,16 @@ def shells_of(faces: Faces) -> Shells:
                 f"has a second body at {place(shell.centre)}, apart from the one at {place(outside.centre)}; unite "
                 "them, or save one"
             )
-    return Shells(outside, tuple(sorted(inner, key=lambda shell: shell.volume)))
+    return Shells(outside, tuple(sorted(inner, key=partial(_place_among, faces.diagonal))))
+
+
+def _place_among(diagonal: float, void: Shell) -> tuple[float, ...]:
+    """By what voids are ordered: the largest first, and equal ones by the places of their centres in z, y and x.
+
+    Four digits decide, of the volume and of the centre over the body's diagonal: the others are those of triangles,
+    which may differ from one reading to the next.
+    """
+    return float(f"{void.volume:.3e}"), *(round(float(part) / diagonal, 3) + 0.0 for part in void.centre[::-1])
 
 
 def pieces(triangles: np.ndarray, between: np.ndarray | None = None) -> tuple[int, np.ndarray]:

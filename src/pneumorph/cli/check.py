@@ -13,12 +13,14 @@ from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results,
 from pneumorph.cli.solid import found_in
 from pneumorph.cli.trust import asking
 from pneumorph.doing import doing
-from pneumorph.errors import ComputationError, printable
+from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.limits.report import without_rounding
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
+from pneumorph.optimize.setup import build_setup
+from pneumorph.optimize.start import begin_within
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.format import format_pressures, part_note, warnings_of
 from pneumorph.problem import Problem, Reinforcement, load, reinforcements
@@ -26,6 +28,7 @@ from pneumorph.problem.acting import words_of_gravity, words_of_own, words_of_pl
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.doubts import doubts
 from pneumorph.problem.reinforcement import data_of
+from pneumorph.problem.solid import require_walls
 
 BEGINS = "it is at its bound, and a design run begins just within it"
 
@@ -65,8 +68,11 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         for sentence in warnings_of(rubbers_of(asked), found[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
     violated = 0
+    simulated_only = _why_not_designed(asked)
+    if simulated_only:
+        say(f"limits    simulation only: {simulated_only}")
     with doing("measuring the limits"):
-        readings = design.limits
+        readings = () if simulated_only else design.limits
     for reading in readings:
         # The certified bound holds for all points; the attained value is that of the worst sample.
         attained = without_rounding(reading.attained)
@@ -87,11 +93,17 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
             f"limit     {name} is {value:.3g}, must be {kind} {bound:g}{'' if kept else '; violated'}",
             "" if kept else "red",
         )
+    # Whether a run can begin at all.
+    if violated and run is None and not simulated_only:
+        with doing("bringing the start within the limits"):
+            begin_within(build_setup(asked))
     if violated:
         limits = "1 limit is" if violated == 1 else f"{violated} limits are"
         say(f"{limits} violated by this body; a design run begins by bringing it within them.", "red")
+    doubtful = [name for name, each in found.items() if each.self_intersecting or not each.stable]
+    sound = "The problem is sound" if not doubtful else f"The start of task {doubtful[0]} is doubtful, see the warning,"
     if quick:
-        say("The problem is sound; its gradient was not tested.")
+        say(f"{sound.rstrip(',')}; its gradient was not tested.")
         return
     with doing("testing the gradient"):
         tested = run_gradient_check(at)
@@ -102,7 +114,16 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     if not tested.passed:
         raise ComputationError("the gradient is not right to second order; try a finer mesh")
     exact = "and its gradient is exact" if tested.tests else "but there is nothing to test its gradient on"
-    say(f"The problem is sound {exact}.")
+    say(f"{sound} {exact}.")
+
+
+def _why_not_designed(problem: Problem) -> str | None:
+    """Why bodies like this one are not designed; None if they are."""
+    try:
+        require_walls(problem.body, problem.region)
+    except ProblemError as reason:
+        return str(reason)
+    return None
 
 
 def _section(tube: dict[str, Any]) -> str:

@@ -30,7 +30,7 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
     """
     problem, space = setup.problem, setup.space
     with clock.phase("geometry"):
-        feasible, moved = _within_limits(setup)
+        feasible, moved = begin_within(setup)
         if moved is not None:
             yield moved
         try:
@@ -58,8 +58,14 @@ def _require_contact(problem: Problem, disc: Discretisation, analysis: Analysis)
             )
 
 
-def _within_limits(setup: Setup) -> tuple[Within, BroughtWithin | None]:
-    """The starting design, moved to satisfy the limits if it violates any."""
+def begin_within(setup: Setup) -> tuple[Within, BroughtWithin | None]:
+    """The starting design, moved to satisfy the limits if it violates any.
+
+    Raises
+    ------
+    Hopeless
+        If no design near it satisfies them.
+    """
     asked = setup.space.start
     before = setup.certify(asked)
     if before.satisfied():

@@ -122,7 +122,8 @@ class SolidSpec(Table):
 
     `file` is its path, from the folder of the problem file. On reading, its contents are stored as `data`, so that a
     run does not depend on the file, and chambers that the table does not name are called A, B, C, … from the largest
-    void on. `scale` multiplies all coordinates; `unit` is for formats that have none.
+    void on, equal ones in the order of the z, y and x of their centres. `scale` multiplies all coordinates; `unit` is
+    for formats that have none.
     """
 
     data: Annotated[
