@@ -15,8 +15,11 @@ from pneumorph.cli.outcome import how_many, limits_table, outcome, place_of, tas
 from pneumorph.cli.screen import Screen
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import Run
+from pneumorph.limits.report import LimitReading
+from pneumorph.limits.table import in_history
 from pneumorph.optimize import DesignRejected, Remeshed
 from pneumorph.problem import loads
+from pneumorph.problem.models import Scaling
 from pneumorph.results import RunResult
 
 PROBLEM = loads(tiny().replace("[mesh]", '[limits]\nenvelope = { radius = "9 mm" }\n[mesh]'))
@@ -65,6 +68,16 @@ def test_rows_beyond_a_limit_are_marked_without_colour():
     narrow = columns_of(PROBLEM, 40, False)
     assert "wall 1.85!" in row(PROBLEM, narrow, entry(7, limits=BROKEN)).plain
     assert "–!" in row(PROBLEM, columns, entry(7, limits=KEPT | {"skew": None})).plain
+
+
+def test_a_limit_has_the_same_word_everywhere():
+    limits = PROBLEM.limits.model_copy(update={"scaling": Scaling()})
+    titles = [column.title for column in columns_of(PROBLEM.model_copy(update={"limits": limits}), 200, False)]
+    for limit, _, _ in in_history(limits):
+        reading = LimitReading(limit.name, 1.0, 1.0, "A", 0.0, 0.0, 1.0)
+        assert limit.word in titles
+        assert str(reading).startswith(f"{limit.word} is ")
+        assert limit.word in printed(limits_table((reading,)))
 
 
 def test_rejected_designs_are_named():

@@ -87,7 +87,7 @@ def _motion(task: Task) -> Column:
 
 
 def _limit(limit: Limit, key: str, bound: float) -> Column:
-    word = limit.word[:9]
+    word = limit.word
     return Column(word, max(7, len(word)), lambda entry: _shown(limit, entry.limits.get(key), bound))
 
 

@@ -105,12 +105,12 @@ def limits_table(
             style="" if kept else "red",
         )
         bound = f"{'≥' if limit.at_least else '≤'} {reading.bound:g}{unit}"
-        table.add_row(limit.name, worst, bound, str(place_of(reading)))
+        table.add_row(limit.word, worst, bound, str(place_of(reading)))
     for limit, value, bound in of_states:
         kept = value is not None and limit.satisfied(value, bound)
         shown = "–" if value is None else f"{value:.3g}"
         worst = Text(shown if kept else f"{shown} {MARK}", style="" if kept else "red")
-        table.add_row(limit.name, worst, f"{'≥' if limit.at_least else '≤'} {bound:g}", "in the states of the tasks")
+        table.add_row(limit.word, worst, f"{'≥' if limit.at_least else '≤'} {bound:g}", "in the states of the tasks")
     return table
 
 

@@ -88,7 +88,7 @@ class LimitReading:
         # Rounded before it is written, so that no -0.0 is shown.
         x, y, z = (round(part, 1) + 0.0 for part in self.point)
         return (
-            f"{self.limit} is {self.shown()}{unit}, must be {kind} {self.bound:g}{unit}"
+            f"{limit.word} is {self.shown()}{unit}, must be {kind} {self.bound:g}{unit}"
             f" (on {self.surface}, at ({x:.1f}, {y:.1f}, {z:.1f}) mm)"
         )
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 PLANES = Limit("planes", "wall", "mm", True, 0.002, None, lambda limits: limits.wall, "wall")
-ENDS = Limit("ends", "ends", "mm", False, 0.002, None, lambda limits: 0.0, "wall")
+ENDS = Limit("ends", "reach beyond the ends", "mm", False, 0.002, None, lambda limits: 0.0, "wall")
 ENVELOPE = Limit("envelope", "envelope", "mm", False, 0.002, "envelope_mm", lambda limits: _most(limits), "wall")
 
 

@@ -27,9 +27,11 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
-LEAST = Limit("least scaling", "shrinkage", "", True, 0.01, "scaling_least", lambda limits: _bounds(limits)[0], far=0.3)
+LEAST = Limit(
+    "least scaling", "least scaling", "", True, 0.01, "scaling_least", lambda limits: _bounds(limits)[0], far=0.3
+)
 LARGEST = Limit(
-    "largest scaling", "growth", "", False, 0.01, "scaling_largest", lambda limits: _bounds(limits)[1], far=0.3
+    "largest scaling", "largest scaling", "", False, 0.01, "scaling_largest", lambda limits: _bounds(limits)[1], far=0.3
 )
 
 

@@ -41,7 +41,7 @@ Ints = NDArray[np.integer]
 CURVATURE = Limit("curvature", "curvature", "/mm²", False, 0.004, "curvature", lambda limits: limits.curvature)
 SKEW = Limit("skew", "skew", "", False, 0.004, "skew", lambda limits: limits.skew)
 STRETCH = Limit("stretch", "stretch", "/mm²", False, 0.004, "stretch", lambda limits: limits.stretch.limit)
-AREA = Limit("area", "area", "", True, 0.004, None, lambda limits: MIN_AREA)
+AREA = Limit("area", "relative area", "", True, 0.004, None, lambda limits: MIN_AREA)
 
 _LIMITS = (CURVATURE, SKEW, STRETCH, AREA)
 """In the order in which measures are numbered."""
