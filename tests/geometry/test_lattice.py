@@ -7,6 +7,7 @@ from solids import box, problem, written
 from pneumorph.analysis import analyse, build_discretisation, design_gradient
 from pneumorph.analysis.bodies import mesh_of
 from pneumorph.errors import ProblemError
+from pneumorph.geometry.lattice.variables import images_of
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.problem import loads
 from pneumorph.sensitivity.taylor import taylor_test
@@ -65,6 +66,30 @@ def test_kept_faces_stay(folder):
     away = np.linalg.norm(exterior.shell()[0] - exterior.outline, axis=1)
     assert away[exterior.outline[:, 0] < -6 + 1e-6].max() < 1e-12
     assert away[exterior.outline[:, 0] > 6 - 1e-6].max() > 0.05
+
+
+def test_faces_stay_plane_and_move(folder):
+    """One that touches base and tip moves within its plane; one apart from both along its normal too."""
+    written(
+        box((-6, -8, 0), (6, 8, 48)) + box((5, -8, 18), (9, 8, 30)) - box((-3, -5, 3), (4, 5, 45)), folder / "pad.step"
+    )
+    plane = '[design]\nspacing = "4 mm"\nplane = [{ faces = "x = 9 mm" }, { faces = "x = -6 mm" }]\n'
+    asked = loads(problem("pad.step", MIRROR, "4 mm") + plane, folder=folder)
+    space = space_of(asked)
+    np.testing.assert_allclose(space.control_points(space.start), body_of(asked).control_points(), atol=1e-12)
+    body = moved(space)
+    exterior = body.exterior
+    away = exterior.shell()[0] - exterior.outline
+    pad, side = (np.abs(exterior.outline[:, 0] - at) < 1e-6 for at in (9.0, -6.0))
+    assert np.ptp(away[pad, 0]) < 1e-12 < 1e-2 < np.abs(away[pad, 0]).max()
+    assert np.abs(away[side, 0]).max() < 1e-12
+    assert min(np.ptp(away[those, 2]) for those in (pad, side)) > 1e-2
+    mirrored = images_of(body, np.diag([1.0, -1.0, 1.0]))
+    points = body.control_points()
+    np.testing.assert_allclose(points[mirrored], points * [1, -1, 1], atol=1e-12)
+    for wrong, said in (('{ faces = "y = 8 mm" }', "symmetry"), ('{ faces = "x = 7 mm" }', "no face")):
+        with pytest.raises(ProblemError, match=rf"design\.plane\[0\].*{said}"):
+            space_of(loads(problem("pad.step", MIRROR, "4 mm") + DESIGN + f"plane = [{wrong}]\n", folder=folder))
 
 
 def test_symmetric_bodies_stay_symmetric(finger):

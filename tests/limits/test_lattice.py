@@ -171,3 +171,30 @@ def test_hulls_contain_boxes(block):
         most[number] = np.maximum(most[number], (points @ directions.T).max(axis=1))
     assert (reached <= most + 1e-12).all()
     assert (most - reached).mean() < 0.5 * np.linalg.norm(upper - lower, axis=1).mean()
+
+
+@pytest.fixture(scope="module")
+def opened(folder):
+    """A block with a void that opens through a port in its base."""
+    void = box((-5, -5, 4), (5, 4.5, 20)) + cylinder(2, -1, 5)
+    written(box((-8, -7, 0), (8, 7, 24)) - void, folder / "open.step")
+    port = '[[body.chamber]]\nname = "A"\ninside = ["0 mm", "0 mm", "12 mm"]\nport = "z = 0 mm"\n'
+    asked = loads(problem("open.step", port, size="4 mm") + LIMITS.replace("13 mm", "30 mm"), folder=folder)
+    return asked, space_of(asked), limits_of(asked, body_of(asked))
+
+
+@pytest.mark.parametrize("far", [0.0, 0.6])
+def test_walls_are_certified_up_to_the_rim_of_a_port(opened, far):
+    """Between points of which the way over the rim, in the file, is at least twice the wall."""
+    asked, space, limits = opened
+    body = moved(space, 5, far) if far else space.reference
+    reading = limits.certify(body)["wall"]
+    (outer, at_outer), (inner, at_inner) = map(dense, body.surfaces)
+    over = [np.maximum(np.hypot(np.hypot(*at.T[:2]) - 2.0, at[:, 2]), 0.0) for at in (at_outer, at_inner)]
+    least = np.inf
+    for point, way in zip(inner[::11], over[1][::11], strict=True):
+        allowed = over[0] + way >= 2.0 * asked.limits.wall + 0.05
+        least = min(least, np.linalg.norm(outer[allowed] - point, axis=1).min())
+    assert reading.value <= least
+    assert reading.attained == pytest.approx(least, rel=0.1)
+    assert reading.satisfied()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
-from solids import box, problem, written
+from solids import box, cylinder, problem, written
 
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.lattice.pieces import patches_of
@@ -99,7 +99,32 @@ def test_a_design_is_resumed(setup, events):
 def test_what_is_not_covered_is_refused(folder):
     with pytest.raises(ProblemError, match=r"optimizer\.method"):
         loads(problem("finger.step") + '\n[optimizer]\nmethod = "dfp"\n', folder=folder)
-    written(box((-6, -7, 0), (6, 7, 30)) - box((-3, -4, -1), (3, 4, 27)), folder / "open.step")
-    port = '[[body.chamber]]\nname = "A"\ninside = ["0 mm", "0 mm", "9 mm"]\nport = "z = 0 mm"\n'
-    with pytest.raises(ProblemError, match=r"body\.chamber\[0\]\.port"):
-        build_setup(loads(problem("open.step", port), folder=folder))
+    written(box((-6, -7, 0), (6, 7, 30)) - box((-3, -4, 3), (3, 4, 27)), folder / "finger.step")
+    region = '\n[[region]]\nname = "all"\ninside = ["5 mm", "0 mm", "9 mm"]\nmaterial = { name = "Hei-Cast 8400" }\n'
+    with pytest.raises(ProblemError, match=r"region\[0\]\.inside"):
+        build_setup(loads(problem("finger.step") + region, folder=folder))
+
+
+def test_a_body_with_a_port_is_designed_and_keeps_it(folder):
+    written(box((-6, -7, 0), (6, 7, 30)) - box((-3, -4, 3), (3, 4, 27)) - cylinder(1.5, -1, 4), folder / "open.step")
+    port = '[[body.chamber]]\nname = "A"\ninside = ["0 mm", "0 mm", "15 mm"]\nport = "z = 0 mm"\n'
+    text = problem("open.step", port, "4.5 mm").replace('motion = "extension"', 'motion = "bending_y"')
+    setup = build_setup(loads(text + REST.replace("iterations = 4", "iterations = 2"), folder=folder))
+    accepted = [event for event in optimise(setup) if isinstance(event, DesignAccepted)]
+    assert len(accepted) == 3
+    assert np.all(np.diff([event.entry.objective for event in accepted]) < -1e-3)
+    exterior, chamber = accepted[-1].body.surfaces
+    rim = np.flatnonzero(
+        (np.abs(np.hypot(*chamber.outline.T[:2]) - 1.5) < 1e-6) & (np.abs(chamber.outline[:, 2]) < 1e-6)
+    )
+    assert len(rim) > 8
+    np.testing.assert_allclose(chamber.shell()[0][rim], chamber.outline[rim], atol=1e-9)
+    # The wall is there between all points but those beside each other at the rim.
+    here, there = points(exterior), points(chamber)
+    away, near = KDTree(here).query(there)
+    close = away < WALL
+    centre = np.array([0.0, 0.0, 0.0])
+    for found in (there[close], here[near[close]]):
+        assert np.linalg.norm(found - centre, axis=1).max(initial=0.0) < 1.5 + 2 * WALL
+    assert close.any()
+    assert accepted[-1].entry.limits["wall_mm"] >= WALL

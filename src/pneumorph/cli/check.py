@@ -28,7 +28,7 @@ from pneumorph.problem.acting import words_of_gravity, words_of_own, words_of_pl
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.doubts import doubts
 from pneumorph.problem.reinforcement import data_of
-from pneumorph.problem.solid import require_walls
+from pneumorph.problem.solid import require_one_solid
 
 BEGINS = "it is at its bound, and a design run begins just within it"
 
@@ -120,7 +120,7 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
 def _why_not_designed(problem: Problem) -> str | None:
     """Why bodies like this one are not designed; None if they are."""
     try:
-        require_walls(problem.body, problem.region)
+        require_one_solid(problem.body, problem.region)
     except ProblemError as reason:
         return str(reason)
     return None

@@ -17,6 +17,7 @@ from pneumorph.limits.certify.places import Places, Points
 from pneumorph.limits.kinds.kind import Kind
 from pneumorph.limits.lattice.enclosed import EnclosedLattices
 from pneumorph.limits.lattice.neighbours import linked
+from pneumorph.limits.lattice.rims import rims_of
 from pneumorph.limits.lattice.sampled import SampledLattices
 from pneumorph.limits.linearised import Rows, linearised
 from pneumorph.limits.report import LimitReport, certify
@@ -100,7 +101,8 @@ def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] =
 def lattice_limits(body: Body[LatticeSurface], spec: Limits, length: float) -> ShapeLimits:
     """The limits on all bodies of a run, of this length in mm, that are displaced by the lattices of a body."""
     patches = tuple(map(patches_of, body.surfaces))
-    known = length, patches, tuple(linked(each, spec.fold.neighbourhood) for each in patches)
+    links = tuple(linked(each, spec.fold.neighbourhood) for each in patches)
+    known = length, patches, links, rims_of(body.surfaces, patches, spec.wall)
     return ShapeLimits(
         spec,
         LATTICE_KINDS,

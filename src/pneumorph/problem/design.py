@@ -30,6 +30,9 @@ class DesignSpec(Table):
     """The same for single surfaces: "exterior", or the names of chambers."""
     keep: Annotated[tuple[Selection, ...], Field(max_length=MOST_KEPT)] = ()
     """Faces that stay as they are, such as those of connectors and screw holes; what is beside them moves smoothly."""
+    plane: Annotated[tuple[Selection, ...], Field(max_length=MOST_KEPT)] = ()
+    """Faces that stay plane, such as those that touch what is gripped: they move within their plane, and along its
+    normal as a whole, if they are apart from what stays."""
 
     def spacing_of(self, surface: str, diagonal: float) -> float:
         """Distance of the control points of a surface of a body with this diagonal, mm."""

@@ -291,25 +291,19 @@ def _ends(body: SolidSpec) -> tuple[np.ndarray, np.ndarray]:
     return found[0], found[1]
 
 
-def require_walls(body: BodySpec | SolidSpec, regions: Sequence[Region]) -> None:
-    """Refuse to design a body of which the chambers are not apart from its exterior, or several solids from a file.
+def require_one_solid(body: BodySpec | SolidSpec, regions: Sequence[Region]) -> None:
+    """Refuse to design a body of several solids from a file.
 
     Raises
     ------
     ProblemError
-        For a body from a file with a port: its chamber and its exterior meet in the rim. Also for one with regions:
-        where solids meet, faces would follow the lattice of the exterior, but their edges on chambers others.
+        For one with regions: where solids meet, faces would follow the lattice of the exterior, but their edges on
+        chambers others.
     """
     if isinstance(body, SolidSpec) and regions:
         raise ProblemError(
             "region[0].inside: a body from a file with regions can be simulated, checked and exported, not designed as "
             "yet; leave the regions out"
-        )
-    open_ = [number for number, chamber in enumerate(body.chamber) if getattr(chamber, "port", None) is not None]
-    if open_:
-        raise ProblemError(
-            f"body.chamber[{open_[0]}].port: a body with a port can be simulated, checked and exported, not designed "
-            "as yet: its walls cannot be certified up to the rim; close the void in CAD and leave port out"
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from pneumorph.cad.parts import faces_where
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.design_space import DesignSpace, ShapeVariables, build_space, tied_coordinates
+from pneumorph.geometry.lattice.planes import ROUNDING, tied_in_planes
 from pneumorph.geometry.lattice.start import design_of, faces_of, solid_of, surface_parts
 from pneumorph.geometry.lattice.surface import LatticeSurface
 from pneumorph.symmetry.basis import column_squares, symmetric_basis
@@ -29,9 +31,6 @@ Mask = NDArray[np.bool_]
 LEAST = 1e-3
 """Control points that move no point of their surface by more than this share of their motion stay where they are."""
 
-ROUNDING = 1e-9
-"""Weights below this are zero."""
-
 _SAME = 1e-6
 """Control points nearer than this are the same, mm."""
 
@@ -40,23 +39,30 @@ def lattice_space(problem: Problem, body: Body[LatticeSurface]) -> DesignSpace:
     """The design variables of a problem whose body is from a file.
 
     Control points stay where they would move a face that is kept, or change its slope; these are base, tip, and those
-    of `design.keep`. What is beside them moves as smoothly as splines do.
+    of `design.keep`. What is beside them moves as smoothly as splines do. Those of faces that stay plane move along
+    their normals together, or not at all where one of them is held.
     """
     faces = faces_of(problem)
     parts = surface_parts(problem, faces)
     kept = _kept_nodes(problem, faces, list(parts.values()))
-    held = []
+    held, idle = [], []
     for surface, own in zip(body.surfaces, parts.values(), strict=True):
         nodes = np.unique(faces.triangles[own])
-        held.append(_held(surface, faces.points[nodes], faces.points[nodes[kept[nodes]]]))
-    held = np.concatenate(held)
+        held.append(_held(surface, faces.points[nodes[kept[nodes]]]))
+        idle.append(abs(surface.lattice.weights(faces.points[nodes])).max(axis=0).toarray().ravel() < LEAST)
+    held, idle = np.concatenate(held), np.concatenate(idle)
     group = operations(problem.body.symmetry)
     images = [images_of(body, operation) for operation in group]
-    held = np.any([held[to] for to in images], axis=0)
-    moving = np.repeat(~held, 3)
-    variable = np.where(moving, np.cumsum(moving) - 1, -1)
+    held, idle = (np.any([each[to] for to in images], axis=0) for each in (held, idle))
+    together = tied_in_planes(problem, body, faces, list(parts.values()), group)
+    alone = np.bincount(together, minlength=len(together))[together] == 1
+    moving = ~np.isin(together, together[np.repeat(held, 3)]) & ~(np.repeat(idle, 3) & alone)
+    variable = np.full(len(moving), -1)
+    variable[moving] = np.unique(together[moving], return_inverse=True)[1]
     points = body.control_points().ravel()
     own = tied_coordinates(points, variable)
+    # Control points that move together are in different places.
+    own = replace(own, offset=points - own.L @ own.start)
     if len(group) > 1 and len(own.start):
         own = _symmetric(own, points, group, images)
     return build_space(problem, body, own)
@@ -73,9 +79,9 @@ def _kept_nodes(problem: Problem, faces: Faces, surfaces: Sequence[NDArray[np.in
     return kept
 
 
-def _held(surface: LatticeSurface, nodes: Array, kept: Array) -> Mask:
-    """Which control points (n,) stay: nodes (m, 3) are those of the surface, some of them are kept."""
-    held = abs(surface.lattice.weights(nodes)).max(axis=0).toarray().ravel() < LEAST
+def _held(surface: LatticeSurface, kept: Array) -> Mask:
+    """Which control points (n,) stay, since they would move kept nodes (m, 3) or what is beside them."""
+    held = np.zeros(surface.n_points, bool)
     if len(kept):
         spacing = (surface.lattice.upper - surface.lattice.lower) / surface.lattice.spans
         for order in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)):

@@ -16,6 +16,7 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displaced
 from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
 from pneumorph.limits.lattice.neighbours import Links, balls, close_pairs
+from pneumorph.limits.lattice.rims import Rims
 from pneumorph.limits.lattice.triangles import distances
 from pneumorph.limits.rows.sampled import worst_of_cells
 
@@ -61,6 +62,8 @@ class EnclosedLattices:
         Of each surface, the exterior first.
     links : sequence of Links
         Which triangles of each surface are neighbours.
+    rims : Rims
+        Where surfaces meet.
     """
 
     body: Body
@@ -68,6 +71,7 @@ class EnclosedLattices:
     length: float
     patches: Sequence[Patches]
     links: Sequence[Links]
+    rims: Rims
 
     @property
     def own(self) -> range:
@@ -165,6 +169,10 @@ class EnclosedLattices:
         if first == second:
             apart = ~self.links[first].hold(i, j)
             i, j, away = i[apart], j[apart], away.ravel()[apart]
+        elif (first, second) in self.rims:
+            rim = self.rims[first, second]
+            apart = rim.away(one.place.mean(axis=1))[i] + rim.away(other.place.mean(axis=1))[j] >= rim.reach
+            i, j, away = i[apart], j[apart], away.ravel()[apart]
         some = np.argsort(away.ravel(), kind="stable")[: _STARTS * _NEAREST]
         i, j = i[some], j[some]
         found = self._attained(first, second, one, other, i, j, distances(one.x, other.x, i, j))
@@ -221,6 +229,9 @@ class EnclosedLattices:
             if first == second:
                 within, beside = self._beside(first, one, other, i, j, origin, bends, known)
                 least = np.where(within, np.inf, np.maximum(least, beside))
+            elif (first, second) in self.rims:
+                rim = self.rims[first, second]
+                least = np.where(rim.farthest(one)[i] + rim.farthest(other)[j] < rim.reach, np.inf, least)
             full = level < (FULL_OF_FOLDS if first == second else FULL)
             needed = self._asked(attained, origin, accuracy, asked, full)
             measured = np.flatnonzero(least < needed)
@@ -282,7 +293,7 @@ class EnclosedLattices:
     ) -> tuple[Floats, Floats, Floats]:
         """Distances of points of pairs of pieces, and the points: those that are closest on the flat triangles.
 
-        Of points within the neighbourhood on one surface the distance is infinite.
+        Of points within the neighbourhood on one surface, and of those beside each other at a rim, it is infinite.
         """
         _, u, v = flat
         here, there = (np.einsum("nc,ncb->nb", part, side.bary[k]) for part, side, k in ((u, one, i), (v, other, j)))
@@ -292,6 +303,10 @@ class EnclosedLattices:
             patches = self.patches[first]
             between = np.linalg.norm(patches.places(a, here) - patches.places(b, there), axis=1)
             away[self.links[first].hold(a, b) & (between < self.spec.fold.neighbourhood)] = np.inf
+        elif (first, second) in self.rims:
+            rim, sides = self.rims[first, second], ((first, a, here), (second, b, there))
+            over = sum(rim.away(self.patches[number].places(patch, bary)) for number, patch, bary in sides)
+            away[over < rim.reach] = np.inf
         at = [np.column_stack([k.astype(float), p[:, 1:]]) for k, p in ((a, here), (b, there))]
         return away, at[0], at[1]
 

@@ -14,6 +14,7 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displaced
 from pneumorph.limits.lattice.enclosed import coordinates
 from pneumorph.limits.lattice.neighbours import Links, close_pairs
+from pneumorph.limits.lattice.rims import Rims
 from pneumorph.limits.lattice.triangles import distances
 from pneumorph.limits.rows.sampled import DIGITS, Couples, Placed, Sums, worst_of_cells
 
@@ -43,6 +44,8 @@ class SampledLattices:
         Of each surface, the exterior first.
     links : sequence of Links
         Which triangles of each surface are neighbours.
+    rims : Rims
+        Where surfaces meet.
     """
 
     body: Body
@@ -50,6 +53,7 @@ class SampledLattices:
     length: float
     patches: Sequence[Patches]
     links: Sequence[Links]
+    rims: Rims
 
     @cached_property
     def first(self) -> Ints:
@@ -139,7 +143,8 @@ class SampledLattices:
     def _near(self, first: int, second: int, within: float) -> tuple[Ints, Ints, Floats, Floats, Floats]:
         """Pairs of parts of triangles within a distance, mm, their distances, and the closest points (n, 3) of both.
 
-        Triangles are taken as flat. On one surface points count that are not within the neighbourhood.
+        Triangles are taken as flat. On one surface points count that are not within the neighbourhood, on two those
+        that are not beside each other at a rim.
         """
         one, other = self.whole[first], self.whole[second]
         i, j = close_pairs(one.x, other.x, within)
@@ -147,8 +152,12 @@ class SampledLattices:
             i, j = i[i < j], j[i < j]
         distance, u, v = distances(one.x, other.x, i, j, np.full(len(i), within))
         some = np.flatnonzero(distance < within)
+        sides = ((first, i, u), (second, j, v))
+        here, there = (self.places(number, self._at(number, k[some], part[some])) for number, k, part in sides)
+        rim = self.rims.get((min(first, second), max(first, second)))
+        if rim is not None:
+            some = some[rim.away(here) + rim.away(there) >= rim.reach]
         if first == second:
-            here, there = (self.places(first, self._at(first, k[some], part[some])) for k, part in ((i, u), (j, v)))
             near = np.linalg.norm(here - there, axis=1) < self.spec.fold.neighbourhood
             some = some[~(near & self.links[first].hold(one.patch[i[some]], other.patch[j[some]]))]
         return i[some], j[some], distance[some], u[some], v[some]
