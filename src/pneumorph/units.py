@@ -63,6 +63,8 @@ STANDARD_GRAVITY = 9810.0
 """mm/s²: the default of problem files, and that in which silicone and cores sag."""
 
 ANGLE = Kind("an angle", "rad", "deg", "30 deg", 63.0)
+ANGLE_PER_PRESSURE = Kind("a rotation per pressure", "rad/MPa", "deg/kPa", "2 deg/kPa")
+LENGTH_PER_PRESSURE = Kind("a motion per pressure", "mm/MPa", "mm/kPa", "0.5 mm/kPa")
 MASS = Kind("a mass", "t", "g", "20 g")
 FORCE = Kind("a force", "N", "N", "2 N", 1e8)
 MOMENT = Kind("a moment", "N*mm", "N*mm", "50 N*mm", 1e11)

@@ -67,6 +67,21 @@ def test_a_soft_body_keeps_away_from_ballooning():
     assert end.margins == {"extend": pytest.approx(margins[-1], rel=1e-6)}
 
 
+def test_a_tilt_is_kept_small():
+    """Without the limit the second design is tilted by 0.63°."""
+    table = loads(tiny(iterations="3")).model_dump(mode="json", exclude_none=True)
+    table["body"]["chamber"][0]["center"] = ["0.5 mm", "0 mm"]
+    table["task"][0]["limits"] = {"motion": {"tilt": "0.3 deg", "shift": "5 mm"}}
+    found, end = entries(Problem.model_validate(table))
+    tilts = [entry.limits["tilt_deg"] for entry in found]
+    assert all(entry.held for entry in found) and end.held
+    assert 0.29 < max(tilts) <= 0.3 * (1.0 + 1e-9)
+    assert all(after.objective < before.objective for before, after in pairwise(found))
+    last = found[-1].tasks["extend"]
+    assert tilts[-1] == pytest.approx(np.degrees(np.hypot(*last.rotation[:2])), rel=1e-6)
+    assert found[-1].limits["shift_mm"] == pytest.approx(np.hypot(*last.translation[:2]), rel=1e-9)
+
+
 def test_the_steps_of_the_paper_keep_it_too():
     found, _ = entries(problem(1.105, 1, "dfp"))
     assert all(entry.held for entry in found) and len(found) > 1

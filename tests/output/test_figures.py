@@ -180,12 +180,12 @@ def test_a_motion_with_a_target_is_shown_beside_it():
 
 def test_an_overshoot_is_told_and_does_not_flatten_the_limits(problem):
     axes = Figure().subplots()
-    draw_limits(axes, problem.limits, story(6, lambda k: 40.0 if k == 2 else 0.5))
+    draw_limits(axes, problem, story(6, lambda k: 40.0 if k == 2 else 0.5))
     assert axes.get_ylim() == (0.0, OVER)
     (note,) = [text for text in axes.texts if text.get_text()]
     assert note.get_text() == "↑ 40" and note.xy == (2, OVER)
     axes = Figure().subplots()
-    draw_limits(axes, problem.limits, story(6))
+    draw_limits(axes, problem, story(6))
     assert not axes.texts
 
 

@@ -16,6 +16,7 @@ from pneumorph.analysis.ballooning import expect_limit_points, limit_points, mar
 from pneumorph.analysis.collect import collect_fields, collect_task_results, compute_inflation, compute_sag
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
+from pneumorph.analysis.limited import motion_rows, motion_sizes, sensitivities, sensitivity_rows
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.slopes import (
@@ -60,10 +61,14 @@ __all__ = [
     "margin_slopes",
     "margins",
     "motion_rates",
+    "motion_rows",
+    "motion_sizes",
     "near_margins",
     "predict_states",
     "prepare_simulation",
     "run_gradient_check",
+    "sensitivities",
+    "sensitivity_rows",
     "strain_shares",
     "strain_slopes",
 ]

@@ -17,7 +17,7 @@ from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.limits.report import without_rounding
-from pneumorph.limits.table import BY_NAME
+from pneumorph.limits.table import in_history
 from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
 from pneumorph.optimize.setup import build_setup
 from pneumorph.optimize.start import begin_within
@@ -81,18 +81,16 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         said = "" if reading.satisfied() else f"; {BEGINS if at_bound else 'violated'}"
         say(f"limit     {reading}, attained {attained:.3g}{said}", "" if reading.satisfied() or at_bound else "red")
     states = linear_states(asked, at.space, at.disc, at.analysis)
-    for name, value in states.values().items():
+    values = states.values()
+    for limit, key, bound in in_history(asked):
+        value = values.get(key)
         if value is None:
             continue
-        limit = BY_NAME[name]
-        bound = limit.read(asked.limits) or 0.0
         kept = limit.satisfied(value, bound)
         kind = "at least" if limit.at_least else "at most"
         violated += not kept
-        say(
-            f"limit     {name} is {value:.3g}, must be {kind} {bound:g}{'' if kept else '; violated'}",
-            "" if kept else "red",
-        )
+        shown = f"{without_rounding(value):.3g}{limit.suffix}, must be {kind} {bound:g}{limit.suffix}"
+        say(f"limit     {limit.word} is {shown}{'' if kept else '; violated'}", "" if kept else "red")
     # Whether a run can begin at all.
     if violated and run is None and not simulated_only:
         with doing("bringing the start within the limits"):

@@ -34,7 +34,7 @@ def columns_of(problem: Problem, width: int, verbose: bool) -> list[Column]:
     Where the limits have no room, one column shows that of which most is used.
     """
     always = [Column("it", 4, _number), *(_motion(task) for task in problem.task)]
-    limits = [_limit(*each) for each in in_history(problem.limits)]
+    limits = [_limit(*each) for each in in_history(problem)]
     rest = [
         Column("s", 6, lambda entry: Text(f"{entry.seconds['total']:.1f}")),
         Column("elements", 8, lambda entry: Text(str(entry.elements))),
@@ -92,7 +92,7 @@ def _limit(limit: Limit, key: str, bound: float) -> Column:
 
 
 def _values(problem: Problem, entry: HistoryEntry) -> list[tuple[Limit, float | None, float]]:
-    return [(limit, entry.limits.get(key), bound) for limit, key, bound in in_history(problem.limits)]
+    return [(limit, entry.limits.get(key), bound) for limit, key, bound in in_history(problem)]
 
 
 def _is_beyond(limit: Limit, value: float | None, bound: float) -> bool:

@@ -16,7 +16,7 @@ from pneumorph.cli.verdict import verdict
 from pneumorph.interface.runs import Run
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
-from pneumorph.limits.table import BY_NAME, OF_STATES, in_history
+from pneumorph.limits.table import BY_NAME, OF_SHAPE, in_history
 from pneumorph.mechanics import rubbers_of
 from pneumorph.output.format import balloons, format_data, format_duration, format_pressures, stretches
 from pneumorph.problem import Problem
@@ -40,8 +40,8 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     last = run.history[-1]
     if last.reinforcements:
         yield Text(f"{format_data(start.reinforcements)} → {format_data(last.reinforcements)}")
-    of_states = [(limit, last.limits.get(key), bound) for limit, key, bound in in_history(run.problem.limits)]
-    yield limits_table(best.limits, [each for each in of_states if each[0] in OF_STATES])
+    of_states = [each for each in in_history(run.problem) if each[0] not in OF_SHAPE]
+    yield limits_table(best.limits, [(limit, last.limits.get(key), bound) for limit, key, bound in of_states])
     number = best.iteration
     which = "the start" if number == 0 else f"number {number}, the last"
     stored = run.path / "designs" / f"{number:04d}.npz"
@@ -98,7 +98,7 @@ def limits_table(
         limit = BY_NAME[reading.limit]
         if limit.key is None and reading.satisfied():
             continue
-        unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
+        unit = limit.suffix
         kept = reading.satisfied()
         worst = Text(
             f"{without_rounding(reading.value):.3g}{unit}{'' if kept else ' ' + MARK}",
@@ -108,9 +108,10 @@ def limits_table(
         table.add_row(limit.word, worst, bound, str(place_of(reading)))
     for limit, value, bound in of_states:
         kept = value is not None and limit.satisfied(value, bound)
-        shown = "–" if value is None else f"{value:.3g}"
+        shown = "–" if value is None else f"{without_rounding(value):.3g}{limit.suffix}"
         worst = Text(shown if kept else f"{shown} {MARK}", style="" if kept else "red")
-        table.add_row(limit.word, worst, f"{'≥' if limit.at_least else '≤'} {bound:g}", "in the states of the tasks")
+        asked = f"{'≥' if limit.at_least else '≤'} {bound:g}{limit.suffix}"
+        table.add_row(limit.word, worst, asked, "in the states of the tasks")
     return table
 
 

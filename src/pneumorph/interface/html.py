@@ -55,7 +55,7 @@ def design_html(problem: Problem, iteration: int, entry: HistoryEntry | None, li
         limit = BY_NAME[reading.limit]
         kept = "kept" if reading.satisfied() else "not kept"
         asked = f"{'at least' if limit.at_least else 'at most'} {reading.bound:g}"
-        rows.append((limit.word, f"{reading.value:.3g} {limit.unit}", asked, reading.surface, kept))
+        rows.append((limit.word, f"{reading.value:.3g}{limit.suffix}", asked, reading.surface, kept))
     parts.append(table(("limit", "worst", "asked", "on", ""), rows))
     return "".join(parts)
 

@@ -31,7 +31,7 @@ class Limit:
         As used by the optimiser and in the readings of reports.
     word : str
         The name shown to users; limits with the same word are shown as one.
-    unit : "mm", "/mm²" or ""
+    unit : "mm", "/mm²", "°", "°/kPa", "mm/kPa" or ""
     at_least : bool
         Whether the quantity must be at least its bound; otherwise at most.
     aim : float
@@ -39,8 +39,8 @@ class Limit:
         accuracy of certificates between them, fit in there, so that no certified value is beyond its bound.
     key : str or None
         Key in the history's ``limits``; None if the history does not have the limit separately.
-    read : function of `problem.Limits`
-        Returns its bound in mm, 1/mm² or 1; None if the problem has no such limit.
+    read : function of `problem.Limits`, or of `problem.TaskLimits` for a limit on states
+        Returns its bound in the limit's unit; None if the problem has no such limit.
     per : "wall", "fold" or None
         The limit by which the optimiser's values are divided; None if they are divided by the bound.
     far : float
@@ -53,9 +53,14 @@ class Limit:
     at_least: bool
     aim: float
     key: str | None
-    read: Callable[[Limits], float | None]
+    read: Callable[[Any], float | None]
     per: Literal["wall", "fold"] | None = None
     far: float = 0.01
+
+    @property
+    def suffix(self) -> str:
+        """The unit as it follows a number."""
+        return f" {self.unit}" if self.unit.startswith("mm") else self.unit
 
     @property
     def sign(self) -> float:

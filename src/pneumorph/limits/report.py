@@ -83,7 +83,7 @@ class LimitReading:
 
     def __str__(self) -> str:
         limit = BY_NAME[self.limit]
-        unit = f" {limit.unit}" if limit.unit == "mm" else limit.unit
+        unit = limit.suffix
         kind = "at least" if limit.at_least else "at most"
         # Rounded before it is written, so that no -0.0 is shown.
         x, y, z = (round(part, 1) + 0.0 for part in self.point)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pneumorph.limits.kinds.fold import Folds
 from pneumorph.limits.kinds.kind import Kind
 from pneumorph.limits.kinds.region import ENDS, ENVELOPE, PLANES, Inside, between_ends, within_envelope
-from pneumorph.limits.kinds.states import MARGIN, STRAIN
+from pneumorph.limits.kinds.states import OF_STATES, of_tasks
 from pneumorph.limits.kinds.wall import Walls
 from pneumorph.limits.lattice.scaling import Scalings
 from pneumorph.limits.limit import Limit
@@ -15,7 +15,7 @@ from pneumorph.limits.tube.rim import Rims
 from pneumorph.limits.tube.shape import Shapes
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Limits
+    from pneumorph.problem import Problem
 
 TUBE_KINDS: tuple[Kind[Any, Any, Any], ...] = (
     Walls(),
@@ -36,9 +36,6 @@ LATTICE_KINDS: tuple[Kind[Any, Any, Any], ...] = (
 )
 """The same of a body from a file. Its exterior contains base and tip, so walls there need no limit of their own."""
 
-OF_STATES = (STRAIN, MARGIN)
-"""The limits that the states of the tasks decide, see `optimize.states`."""
-
 OF_SHAPE = tuple(dict.fromkeys(limit for kind in (*TUBE_KINDS, *LATTICE_KINDS) for limit in kind.limits))
 
 BY_NAME = {limit.name: limit for limit in (*OF_SHAPE, *OF_STATES)}
@@ -47,9 +44,10 @@ ROWS = tuple(limit.name for limit in sorted(OF_SHAPE, key=lambda limit: limit no
 """Names of the limits by the number of their rows. It is stored in checkpoints, and so is the order."""
 
 
-def in_history(limits: Limits) -> list[tuple[Limit, str, float]]:
+def in_history(problem: Problem) -> list[tuple[Limit, str, float]]:
     """The limits of a problem that its history contains, in the order they are shown: limit, key and bound."""
-    kinds = TUBE_KINDS if limits.scaling is None else LATTICE_KINDS
-    own = (*(limit for kind in kinds for limit in kind.limits), *OF_STATES)
-    known = ((limit, limit.key, limit.read(limits)) for limit in own)
-    return [(limit, key, bound) for limit, key, bound in known if key is not None and bound is not None]
+    kinds = TUBE_KINDS if problem.limits.scaling is None else LATTICE_KINDS
+    of_shape = [(limit, limit.read(problem.limits)) for kind in kinds for limit in kind.limits]
+    of_states = [(limit, bound) for each in OF_STATES for limit, bound, _ in of_tasks(each, problem)]
+    found = [(limit, limit.key, bound) for limit, bound in (*of_shape, *of_states)]
+    return [(limit, key, bound) for limit, key, bound in found if key is not None and bound is not None]

@@ -5,10 +5,13 @@ from pneumorph.objective.kinds import build_objectives
 from pneumorph.objective.kinds.match_sections import match
 from pneumorph.objective.kinds.maximize import maximize
 from pneumorph.objective.kinds.reach import reach
+from pneumorph.objective.limited import COMPONENTS, LIMITED
 from pneumorph.objective.objective import Objective
 from pneumorph.objective.strain import StrainShare
 
 __all__ = [
+    "COMPONENTS",
+    "LIMITED",
     "Features",
     "Objective",
     "Pressing",

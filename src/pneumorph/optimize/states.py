@@ -2,38 +2,92 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, margin_slopes, margins, strain_shares, strain_slopes
+from pneumorph.analysis import (
+    Analysis,
+    Discretisation,
+    margin_slopes,
+    margins,
+    motion_rows,
+    motion_sizes,
+    sensitivities,
+    sensitivity_rows,
+    strain_shares,
+    strain_slopes,
+)
 from pneumorph.geometry import DesignSpace
-from pneumorph.limits.kinds.states import MARGIN, STRAIN
+from pneumorph.limits.kinds.states import MARGIN, MOTIONS, PER_KPA, SENSITIVITIES, STRAIN, of_tasks
 from pneumorph.limits.limit import ROUNDING, Limit
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.problem import Problem
 
-Values = Callable[[Discretisation, Analysis, float], Mapping[str, float]]
-Slopes = Callable[[DesignSpace, Discretisation, Analysis, float], tuple[np.ndarray, np.ndarray]]
+
+@dataclass(frozen=True)
+class Limited:
+    """Where a limit holds: the problem, some of its tasks, and their bound."""
+
+    problem: Problem
+    tasks: tuple[str, ...]
+    bound: float
+
+    def own_motions(self, kind: str) -> dict[str, tuple[str, ...]]:
+        """The motions of each task's objective that are of a kind, "length" or "angle"."""
+        objectives = {task.name: task.objective for task in self.problem.task}
+        return {name: tuple(objectives[name].motions_of(kind)) for name in self.tasks}
+
+
+Values = Callable[[Discretisation, Analysis, Limited], Mapping[str, float]]
+Slopes = Callable[[DesignSpace, Discretisation, Analysis, Limited], tuple[np.ndarray, np.ndarray]]
 
 
 class StateKind(NamedTuple):
-    """A limit on the states: its values by task, and (k,) with their derivatives (k, n); both are given its bound."""
+    """A limit on the states: its values by task; and (k,) what is not to be beyond it, with derivatives (k, n)."""
 
     limit: Limit
     values: Values
     slopes: Slopes
 
 
+def _of_motion(name: str) -> StateKind:
+    return StateKind(
+        MOTIONS[name],
+        lambda disc, analysis, of: motion_sizes(disc, analysis, name, of.tasks),
+        lambda space, disc, analysis, of: motion_rows(space, disc, analysis, name, of.tasks),
+    )
+
+
+def _of_sensitivity(kind: str) -> StateKind:
+    def values(disc: Discretisation, analysis: Analysis, of: Limited) -> dict[str, float]:
+        found = sensitivities(disc, analysis, of.own_motions(kind))
+        return {task: PER_KPA * rate for task, rate in found.items()}
+
+    def slopes(
+        space: DesignSpace, disc: Discretisation, analysis: Analysis, of: Limited
+    ) -> tuple[np.ndarray, np.ndarray]:
+        rates, derivatives = sensitivity_rows(space, disc, analysis, of.own_motions(kind))
+        return PER_KPA * rates, PER_KPA * derivatives
+
+    return StateKind(SENSITIVITIES[kind], values, slopes)
+
+
 KINDS = (
     StateKind(
         STRAIN,
-        lambda disc, analysis, bound: strain_shares(disc, analysis),
-        strain_slopes,
+        lambda disc, analysis, of: strain_shares(disc, analysis),
+        lambda space, disc, analysis, of: strain_slopes(space, disc, analysis, of.bound),
     ),
-    StateKind(MARGIN, margins, margin_slopes),
+    StateKind(
+        MARGIN,
+        lambda disc, analysis, of: margins(disc, analysis, of.bound),
+        lambda space, disc, analysis, of: margin_slopes(space, disc, analysis, of.bound),
+    ),
+    *map(_of_motion, MOTIONS),
+    *map(_of_sensitivity, SENSITIVITIES),
 )
 """All of them: their words are in `limits.kinds.states`."""
 
@@ -70,11 +124,11 @@ class StateLimits:
         return self.worst() > ROUNDING
 
     def values(self) -> dict[str, float | None]:
-        """The worst value of every limit by its key in the history; None for those that the problem does not have."""
-        values: dict[str, float | None] = {limit.key: None for limit, _, _ in KINDS if limit.key}
+        """The worst value of every limit by its key in the history; None for strain and margin without a limit."""
+        values: dict[str, float | None] = {limit.key: None for limit in (STRAIN, MARGIN) if limit.key}
         for limit, bound in dict(zip(self.limits, self.bounds, strict=True)).items():
-            worst = max(c for c, own in zip(self.value, self.limits, strict=False) if own is limit)
-            values[limit.key or limit.name] = bound * (1.0 + limit.sign * worst)
+            worst = max(c for c, own in zip(self.value, self.limits, strict=False) if own == limit)
+            values[limit.key or limit.name] = float(bound * (1.0 + limit.sign * worst))
         return values
 
     @property
@@ -99,6 +153,13 @@ def no_states(variables: int) -> StateLimits:
     return StateLimits(np.zeros(0), np.zeros((0, variables)), (), ())
 
 
+def _limited(problem: Problem) -> Iterator[tuple[Limit, Limited, StateKind]]:
+    """The limits of a problem on the states of its tasks: as they are called, where they hold, and what they are."""
+    for kind in KINDS:
+        for limit, bound, tasks in of_tasks(kind.limit, problem):
+            yield limit, Limited(problem, tasks, bound), kind
+
+
 def linear_states(
     problem: Problem,
     space: DesignSpace,
@@ -106,7 +167,7 @@ def linear_states(
     analysis: Analysis,
     lateral: LateralStability | None = None,
 ) -> StateLimits:
-    """The limits on the states of an analysed design, linearised by one adjoint for each task.
+    """The limits on the states of an analysed design, linearised by an adjoint or a few for each task.
 
     And what keeps it from buckling laterally, where that is known.
 
@@ -121,16 +182,13 @@ def linear_states(
         How it stands lateral motions.
     """
     states = no_states(space.n)
-    for limit, _, slopes in KINDS:
-        bound = limit.read(problem.limits)
-        if bound is None:
-            continue
-        value, slope = slopes(space, disc, analysis, bound)
+    for limit, of, kind in _limited(problem):
+        value, slope = kind.slopes(space, disc, analysis, of)
         states = StateLimits(
-            np.concatenate([states.value, limit.sign * (value / bound - 1.0)]),
-            np.concatenate([states.jacobian, limit.sign * slope / bound]),
+            np.concatenate([states.value, limit.sign * (value / of.bound - 1.0)]),
+            np.concatenate([states.jacobian, limit.sign * slope / of.bound]),
             (*states.limits, *[limit] * len(value)),
-            (*states.bounds, *[bound] * len(value)),
+            (*states.bounds, *[of.bound] * len(value)),
         )
     if lateral is None:
         return states
@@ -142,11 +200,8 @@ def linear_states(
 def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> tuple[float, str]:
     """The largest c of an analysed design, −∞ without a limit, and the name of that limit."""
     worst, name = -np.inf, ""
-    for limit, values, _ in KINDS:
-        bound = limit.read(problem.limits)
-        if bound is None:
-            continue
-        excess = max(limit.excess(value, bound) for value in values(disc, analysis, bound).values())
+    for limit, of, kind in _limited(problem):
+        excess = max(limit.excess(value, of.bound) for value in kind.values(disc, analysis, of).values())
         if excess > worst:
             worst, name = excess, limit.name
     return worst, name

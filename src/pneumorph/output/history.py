@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from pneumorph.limits.table import in_history
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
-from pneumorph.problem import Limits, Problem, Task
+from pneumorph.problem import Problem, Task
 from pneumorph.problem.objectives.words import Amount
 from pneumorph.results import HistoryEntry
 
@@ -33,7 +33,7 @@ def history_figure(problem: Problem, history: History) -> Figure:
     figure = Figure(figsize=(COLUMN, 6.4), layout="constrained", facecolor="white")
     motions, limits, seconds = figure.subplots(3, 1, height_ratios=(1.1, 1.1, 0.8))
     draw_motions(motions, problem, history)
-    draw_limits(limits, problem.limits, history)
+    draw_limits(limits, problem, history)
     _seconds(seconds, history)
     for axes in (motions, limits, seconds):
         axes.set_xlabel("design", fontsize=TEXT, labelpad=1)
@@ -123,12 +123,12 @@ def _legend(axes: Axes, handles: list[Any], columns: int) -> None:
     )
 
 
-def draw_limits(axes: Axes, limits: Limits, history: History) -> None:
+def draw_limits(axes: Axes, problem: Problem, history: History) -> None:
     """Draw the fraction of each limit that is used at the worst place of the body.
 
     A value far above its limit is written as a number above the diagram: otherwise it would flatten all other curves.
     """
-    shown = in_history(limits)
+    shown = in_history(problem)
     designs = _designs(history)
     for number, (limit, key, bound) in enumerate(shown):
         values = [entry.limits.get(key) for entry in history]

@@ -49,7 +49,7 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
         "tasks": [_task(problem, task) for task in problem.task],
         "limits": [
             {"key": key, "word": limit.word, "unit": limit.unit, "bound": bound, "at_least": limit.at_least}
-            for limit, key, bound in in_history(problem.limits)
+            for limit, key, bound in in_history(problem)
         ],
         "history": [_entry(problem, entry) for entry in history],
         "result": None if result is None else to_json(result) | {"spent": format_duration(result.seconds["total"])},

@@ -44,6 +44,7 @@ from pneumorph.problem.objectives import (
 from pneumorph.problem.regions import Layer, Region, Sleeve
 from pneumorph.problem.reinforcement import FibresSpec, MembraneSpec, Reinforcement
 from pneumorph.problem.solid import SolidSpec
+from pneumorph.problem.task_limits import MotionLimits, SensitivityLimits, TaskLimits
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
 from pneumorph.problem.whole import Problem
 
@@ -73,6 +74,7 @@ __all__ = [
     "Maximize",
     "MembraneSpec",
     "MeshSpec",
+    "MotionLimits",
     "ObjectiveSpec",
     "ObstacleSpec",
     "OptimizerSpec",
@@ -84,6 +86,7 @@ __all__ = [
     "Region",
     "Reinforcement",
     "Ripple",
+    "SensitivityLimits",
     "Sleeve",
     "SolidSpec",
     "SphereSpec",
@@ -93,6 +96,7 @@ __all__ = [
     "TargetMotion",
     "TargetPose",
     "Task",
+    "TaskLimits",
     "TriangulatedSpec",
     "Trust",
     "admit",

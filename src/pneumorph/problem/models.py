@@ -18,6 +18,7 @@ from pneumorph.problem.names import Name
 from pneumorph.problem.objectives import ObjectiveSpec
 from pneumorph.problem.objectives.table import RotationVector
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.problem.task_limits import TaskLimits
 from pneumorph.problem.variable import Variable
 
 RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", "LPT") for number in range(1, 10))}
@@ -231,6 +232,8 @@ class Task(Table):
     """Gravity in this task, a table as [gravity], or "none"; by default that of [gravity]."""
     objective: Annotated[ObjectiveSpec, Example('e.g. objective = { kind = "maximize", motion = "extension" }')]
     """The objective of the shape and the free pressures."""
+    limits: TaskLimits | None = None
+    """Limits on the states of this task, in place of those of the table [limits] with the same keys."""
 
     @property
     def volumes(self) -> dict[str, float]:
@@ -301,7 +304,7 @@ def _share(value: Any) -> Any:
     return value
 
 
-class Limits(Table):
+class Limits(TaskLimits):
     """Limits that every design satisfies; the defaults are those of the paper's Table I.
 
     Curvature, skew and stretch are for tubes, scaling is for bodies from files.

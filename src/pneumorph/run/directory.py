@@ -229,7 +229,7 @@ class RunDirectory:
 
     @cached_property
     def _limits(self) -> set[str]:
-        return {key for _, key, _ in in_history(self.problem.limits)}
+        return {key for _, key, _ in in_history(self.problem)}
 
     def _tasks(self) -> set[str]:
         return {task.name for task in self.problem.task}

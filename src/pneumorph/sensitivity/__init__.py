@@ -4,6 +4,7 @@ from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient
 from pneumorph.sensitivity.boundary import boundary_gradient
 from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
+from pneumorph.sensitivity.pressure_rate import PressureRate, pressure_rates, rate_slopes
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test
 
 __all__ = [
@@ -11,12 +12,15 @@ __all__ = [
     "Margin",
     "NodalGradient",
     "NodalJacobian",
+    "PressureRate",
     "TaylorTest",
     "boundary_gradient",
     "find_margin",
     "gradient",
     "lateral_slope",
     "margin_slope",
+    "pressure_rates",
+    "rate_slopes",
     "residual_jacobian",
     "taylor_test",
     "with_border",

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from pneumorph.limits.limit import Limit
 
 if TYPE_CHECKING:
-    from pneumorph.problem import Limits
+    from pneumorph.problem import Limits, Problem, Task, TaskLimits
 
 
 def _strain(limits: Limits) -> float | None:
@@ -21,3 +25,81 @@ def _margin(limits: Limits) -> float | None:
 
 STRAIN = Limit("strain", "strain", "", False, 0.005, "strain", _strain)
 MARGIN = Limit("margin", "margin", "", True, 0.005, "margin", _margin)
+
+
+def _motion(name: str, unit: str) -> Limit:
+    """The limit on a motion of the tip, in mm or degrees."""
+    size = 1.0 if unit == "mm" else float(np.degrees(1.0))
+
+    def read(limits: TaskLimits) -> float | None:
+        bound = None if limits.motion is None else getattr(limits.motion, name)
+        return None if bound is None else size * bound
+
+    return Limit(f"motion.{name}", name, unit, False, 0.005, f"{name}_{'mm' if unit == 'mm' else 'deg'}", read)
+
+
+def _sensitivity(name: str, unit: str, size: float) -> Limit:
+    """The limit on the sensitivity of motions that are angles or lengths, whose bound is so large per unit."""
+
+    def read(limits: TaskLimits) -> float | None:
+        bound = None if limits.sensitivity is None else getattr(limits.sensitivity, name)
+        return None if bound is None else size * bound
+
+    return Limit(f"sensitivity.{name}", "sensitivity", f"{unit}/kPa", False, 0.005, f"sensitivity_of_{name}", read)
+
+
+MOTIONS: Mapping[str, Limit] = {
+    name: _motion(name, unit)
+    for name, unit in (
+        ("tilt", "°"),
+        ("shift", "mm"),
+        ("shift_x", "mm"),
+        ("shift_y", "mm"),
+        ("extension", "mm"),
+        ("bending_x", "°"),
+        ("bending_y", "°"),
+        ("twist", "°"),
+    )
+}
+"""By the keys of `problem.task_limits.MotionLimits`."""
+
+PER_KPA = 1e-3
+"""MPa."""
+
+SENSITIVITIES: Mapping[str, Limit] = {
+    "angle": _sensitivity("angle", "°", PER_KPA * float(np.degrees(1.0))),
+    "length": _sensitivity("length", "mm", PER_KPA),
+}
+"""By the keys of `problem.task_limits.SensitivityLimits`."""
+
+OF_STATES = (STRAIN, MARGIN, *MOTIONS.values(), *SENSITIVITIES.values())
+"""All of them, see `optimize.states`."""
+
+
+def bound_of(limit: Limit, problem: Problem, task: Task) -> float | None:
+    """The bound of a limit in a task: its own, or that of the table [limits]; None if it has none."""
+    if limit in SENSITIVITIES.values():
+        (kind,) = (kind for kind, each in SENSITIVITIES.items() if each is limit)
+        if not task.objective.motions_of(kind):
+            return None
+    of_task = task.limits is not None and limit not in (STRAIN, MARGIN)
+    own = limit.read(task.limits) if of_task else None
+    return limit.read(problem.limits) if own is None else own
+
+
+def of_tasks(limit: Limit, problem: Problem) -> list[tuple[Limit, float, tuple[str, ...]]]:
+    """A limit with its bound and the tasks that have it: once if the bounds are the same, else for every task."""
+    bounds = {task.name: bound_of(limit, problem, task) for task in problem.task}
+    given = {name: bound for name, bound in bounds.items() if bound is not None}
+    if len(set(given.values())) == 1:
+        return [(limit, next(iter(given.values())), tuple(given))]
+    return [
+        (
+            replace(
+                limit, name=f"{limit.name} of {name}", word=f"{limit.word} of {name}", key=f"{limit.key} of {name}"
+            ),
+            bound,
+            (name,),
+        )
+        for name, bound in given.items()
+    ]

@@ -24,6 +24,7 @@ from pneumorph.problem.models import Task
 from pneumorph.problem.regions import REST
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
+from pneumorph.problem.task_limits import TaskLimits
 from pneumorph.symmetry.images import WITHIN, image, place, placed
 from pneumorph.symmetry.operations import operations
 
@@ -36,7 +37,10 @@ def inconsistencies(problem: Tables) -> list[Fault]:
     Checks that rely on others are left out if these have found something.
     """
     if problem.solid:
-        together = (_names, check_solid, _tasks, check_enclosed, _ranges, check_states, _contact, check_obstacles)
+        together = (
+            *(_names, check_solid, _tasks, check_enclosed, _ranges),
+            *(_sensitivities, check_states, _contact, check_obstacles),
+        )
         return [fault for check in together for fault in check(problem)]
     found = [*_names(problem), *_chambers_in_body(problem), *_no_lattice(problem)]
     relying = () if found else (_symmetry, check_motions, _walls, check_envelope, check_regions, check_reinforcements)
@@ -45,6 +49,7 @@ def inconsistencies(problem: Tables) -> list[Fault]:
         _tasks,
         check_enclosed,
         _ranges,
+        _sensitivities,
         check_states,
         _limits,
         _contact,
@@ -304,6 +309,33 @@ def _walls(problem: Tables) -> Iterator[Fault]:
 
 _BEYOND = 3.0
 """Largest ratio of the starting curvature to its limit; from below it the design loop can reach the limit."""
+
+
+def _limits_on_states(problem: Tables) -> Iterator[tuple[str, TaskLimits, tuple[Task, ...]]]:
+    """The tables of limits on states: their keys, and the tasks that they are for."""
+    yield "limits", problem.limits, problem.task
+    for index, task in enumerate(problem.task):
+        if task.limits is not None:
+            yield f"task[{index}].limits", task.limits, (task,)
+
+
+def _sensitivities(problem: Tables) -> Iterator[Fault]:
+    """A limit on the sensitivity is for tasks whose objectives are motions of that kind, at given pressures."""
+    units = {"angle": ("a rotation", "mm/kPa"), "length": ("a translation", "deg/kPa")}
+    sealed = any(chamber.gas is not None for chamber in problem.body.chamber)
+    for key, limits, tasks in _limits_on_states(problem):
+        if limits.sensitivity is not None and (sealed or any(task.volumes for task in tasks)):
+            yield (
+                f"{key}.sensitivity",
+                "is not possible with chambers that are sealed or filled to a volume; leave it out, or give pressures",
+            )
+        for kind, (word, other) in units.items():
+            given = limits.sensitivity is not None and getattr(limits.sensitivity, kind) is not None
+            if given and not any(task.objective.motions_of(kind) for task in tasks):
+                yield (
+                    f"{key}.sensitivity",
+                    f"is for {word} of the tip, which no objective is about here; give it in {other}, or leave it out",
+                )
 
 
 def _ranges(problem: Tables) -> Iterator[Fault]:

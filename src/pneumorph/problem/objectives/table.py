@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from pneumorph import units
+from pneumorph.problem.components import MOTIONS
 from pneumorph.problem.objectives.words import UNITS, Amount, Result
 from pneumorph.problem.table import InvalidKey, Quantity, Table
 
@@ -39,6 +40,11 @@ class ObjectiveTable(Table):
     def tip_motions(self) -> dict[str, float]:
         """Which of `MOTIONS` it is about, with the sign in which each is reported; none if it is about others too."""
         return {}
+
+    def motions_of(self, kind: str) -> dict[str, float]:
+        """Those of `tip_motions` that are of a kind, "length" or "angle"."""
+        chosen = MOTIONS[:3] if kind == "length" else MOTIONS[3:]
+        return {name: sign for name, sign in self.tip_motions.items() if name in chosen}
 
     @property
     def section_count(self) -> tuple[str, int]:
