@@ -152,24 +152,21 @@ def _corrected(
         exact = np.abs(short).max() <= EXACT_VOLUME * rest.max() / copies
         if exact and (size <= tolerance * scale or (fresh and size <= residual_rounding(there, vector))):
             return Filled(there, vector, size / scale)
-        if not tangent.ready:
-            tangent.factorise(there, state)
-            fresh = True
+        first = previous == np.inf
+        if first:
+            _factorise(there, tangent, state, metrics)
         point = reduced_with(there, tangent, Iterate(vector, metrics, residual, residual))
         change, rise = _bordered(there, tangent, given, rest, pressure, state, point.reduced, short)
         now = length(at, change)
-        if (now > CONTRACTION * previous and not fresh) or (previous == np.inf and not fresh):
-            if metrics:
-                tangent.factorise_with(there, state, None, metrics)
-            else:
-                tangent.factorise(there, state)
+        if now > CONTRACTION * previous and not fresh:
+            _factorise(there, tangent, state, metrics)
             point = reduced_with(there, tangent, point)
             change, rise = _bordered(there, tangent, given, rest, pressure, state, point.reduced, short)
             fresh, now = True, length(at, change)
         elif now > 2 * previous:
             return None
         else:
-            fresh = False
+            fresh = first
         if not np.isfinite(now) or free_share(at, vector, change) < 1.0:
             return None
         by = metrics_along_step(there, tangent, point, change)
@@ -178,6 +175,13 @@ def _corrected(
         if np.any(given.gas & (pressure <= -given.atmosphere)):
             return None
     return None
+
+
+def _factorise(at: Configuration, tangent: Tangent, state: State, metrics: Metrics) -> None:
+    if metrics:
+        tangent.factorise_with(at, state, None, metrics)
+    else:
+        tangent.factorise(at, state)
 
 
 def _bordered(
