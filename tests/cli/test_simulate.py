@@ -111,7 +111,7 @@ def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
     assert [step.get("self_intersecting", False) for step in steps] == [False, True, True]
     assert result.output.count("self-intersects") == 2 and "[contact]" in result.output
     assert all(step["stable"] for step in steps)
-    assert -0.1 < steps[1]["buckled_MPa"]["A"] < -0.05 and "buckled_MPa" not in steps[2]
+    assert -0.1 < steps[1]["buckled_MPa"]["A"] < -0.05
     assert result.output.count("buckled at -5") == 1
 
 

@@ -72,3 +72,19 @@ def test_a_ring_under_vacuum_buckles_and_follows_the_elastica(mixed, error):
         assert 3 * load == pytest.approx(known, rel=error)
         assert wide == pytest.approx(longer, abs=0.01)
         assert narrow < 0.75
+
+
+def test_the_states_beyond_do_not_depend_on_the_steps_of_the_sweep():
+    mesh, model = ring(True)
+
+    def states(*loads):
+        path = [configure(model, mesh.points, build_loads(model, {"A": -each * critical()})) for each in loads]
+        return list(sweep(path, Tangent(model)))
+
+    # The body relaxes beyond 1.01: the way to that load goes back. In one step from rest it is passed.
+    fine, coarse = states(0.9, 1.01, 1.1), states(1.1)
+    assert all(isinstance(each, Equilibrium) and each.stable for each in fine + coarse)
+    assert [bool(each.buckled) for each in fine + coarse] == [False, True, False, True]
+    assert fine[-1].volumes["A"] == pytest.approx(coarse[-1].volumes["A"], rel=1e-6)
+    assert fine[1].buckled["A"] == pytest.approx(coarse[0].buckled["A"], rel=0.01)
+    assert fine[0].volumes["A"] > 1.005 * fine[1].volumes["A"] > 1.05 * fine[2].volumes["A"]

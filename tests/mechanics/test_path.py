@@ -132,6 +132,7 @@ def test_below_the_limit_there_is_a_stable_state_and_above_a_sentence(balloon):
     )
     assert above.reason.startswith(sentence)
     assert above.fraction == pytest.approx(limit.load, rel=1e-4)
+    assert above.limit["A"] == pytest.approx(limit.pressures["A"], rel=1e-4)
     # Where a stable state was only missed, it is found after all.
     rescued = diagnose(
         configure(built, np.asarray(at.X)[: built.nodes], near), solver, NoEquilibrium("missed", 0.0, None)

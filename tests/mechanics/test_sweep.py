@@ -33,7 +33,7 @@ def starts(monkeypatch):
         pressure = at.loads.pressure[0]
         if pressure > 0.1:
             return NoEquilibrium("it balloons", 0.0, None)
-        return SimpleNamespace(stable=True, state=State(jnp.zeros((1, 3)), jnp.full(6, pressure)))
+        return SimpleNamespace(stable=True, buckled={}, state=State(jnp.zeros((1, 3)), jnp.full(6, pressure)))
 
     monkeypatch.setattr(module, "solve", solve)
     monkeypatch.setattr(module, "through", lambda *steps: steps[-1])

@@ -79,17 +79,28 @@ def words(legend):
 
 
 def test_one_sweep(drawn):
-    _, panels = drawn([ONE], "blocked")
+    figure, panels = drawn([ONE], "blocked")
     assert list(panels) == [
         "translation of the tip", "rotation of the tip", "blocked force of the tip", "blocked torque of the tip",
         "volume of the chambers", "largest stretch",
     ]  # fmt: skip
     motion = panels["translation of the tip"]
-    assert words(motion.get_legend()) == ["along x", "along z", "last step with an equilibrium"]
+    assert words(motion.get_legend()) == ["along x", "along z"]
+    assert words(figure.legends[0]) == ["no equilibrium found from here on"]
+    assert motion.get_xlim()[1] > 80
     assert motion.get_xlabel() == "pressure in A, kPa" and motion.get_ylabel() == "mm"
-    along_z = motion.lines[2]
+    along_z = motion.lines[1]
     assert along_z.get_xdata() == pytest.approx([0, 20, 40, 60])
     assert along_z.get_ydata() == pytest.approx([0, 2, 4, 6])
+
+
+def test_a_line_at_the_limit_pressure(drawn):
+    end = SweepStep("t", {"A": 0.12}, converged=False, reason="it balloons", limit={"A": 0.0712})
+    figure, panels = drawn([Curve("t", ("A",), [*ONE.found, end])])
+    motion = panels["translation of the tip"]
+    assert "71.2 kPa" in words(figure.legends[0])[0]
+    assert any(line.get_xdata() == pytest.approx([71.2, 71.2]) for line in motion.lines)
+    assert motion.get_xlim()[1] > 120
 
 
 def test_sweeps_one_by_one(drawn):

@@ -335,7 +335,15 @@ def step_of(
     whole : the whole body, where part of it was solved and motions without its symmetry are to be looked at too.
     """
     if isinstance(answer, NoEquilibrium):
-        return SweepStep(task, pressures, converged=False, reason=answer.reason, holds=_holds(at))
+        return SweepStep(
+            task,
+            pressures,
+            converged=False,
+            reason=answer.reason,
+            buckled=answer.buckled,
+            limit=answer.limit,
+            holds=_holds(at),
+        )
     motion = measure_features(at.model, at.X, answer.state, shift=np.asarray(at.loads.shift))
     touched = contact_forces(at, answer.state)
     translations, rotations = poses_of(at.model, motion)

@@ -116,21 +116,46 @@ def _draw(axes: Axes, diagram: Diagram, curves: Sequence[Curve]) -> None:
                 else (COLOURS[number % len(COLOURS)], DASHES[place % 4])
             )
             axes.plot(at, values, dashes, color=colour, marker="o", markersize=2.5, linewidth=width)
-            if len(curve.found) < len(curve.steps):
-                axes.plot(at[-1], values[-1], "x", color=colour, markersize=6, markeredgewidth=1.4)
     handles = [
         Line2D([], [], color="#444444" if len(curves) > 1 else COLOURS[place % len(COLOURS)], linewidth=1.0, label=name,
                linestyle=DASHES[place % 4] if len(curves) > 1 else "-")
         for place, name in enumerate(shown) if name
     ]  # fmt: skip
-    if any(len(curve.found) < len(curve.steps) for curve in curves):
-        handles.append(Line2D([], [], color="#444444", marker="x", linestyle="", label="last step with an equilibrium"))
     if handles:
         axes.legend(handles=handles, fontsize=SMALL, frameon=False, labelspacing=0.3)
     axes.set_title(diagram.title, fontsize=TEXT)
     axes.set_ylabel(diagram.unit, fontsize=TEXT)
     plain(axes)
     axes.margins(y=0.08)
+    for end in _ends(curves):
+        axes.axvline(end.at, **end.style)
+        axes.update_datalim([(end.last, axes.dataLim.y0)])
+    axes.autoscale_view()
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a curve ends, the last step that was asked for, on the same axis, words, and how its line looks."""
+
+    at: float
+    last: float
+    words: str
+    style: dict[str, Any]
+
+
+def _ends(curves: Sequence[Curve]) -> list[End]:
+    """The ends of all curves that have not reached their last step."""
+    ends = []
+    for number, curve in enumerate(curves):
+        beyond = [step for step in curve.steps if not step.converged]
+        if not beyond:
+            continue
+        style = {"color": COLOURS[number % len(COLOURS)] if len(curves) > 1 else "#444444", "linewidth": 0.8}
+        limit = beyond[0].limit.get(curve.swept[0])
+        at = _along(curve, beyond[0]) if limit is None else 1e3 * limit
+        words = "no equilibrium found from here on" if limit is None else f"no stable state beyond {at:.4g} kPa"
+        ends.append(End(at, _along(curve, beyond[-1]), words, {**style, "linestyle": "--"}))
+    return ends
 
 
 def _along(curve: Curve, step: SweepStep) -> float:
@@ -175,21 +200,22 @@ def _pressure(curves: Sequence[Curve]) -> str:
 
 
 def _name_curves(figure: Figure, curves: Sequence[Curve]) -> None:
-    """A legend below all diagrams that distinguishes the curves by task, swept chambers, or both."""
-    if len(curves) < 2:
-        return
+    """A legend below all diagrams: curves by task, swept chambers, or both, where there are several, and their ends."""
     tasks, swept = {curve.task for curve in curves}, {curve.swept for curve in curves}
     handles = []
-    for number, curve in enumerate(curves):
+    for number, curve in enumerate(curves if len(curves) > 1 else ()):
         words = [curve.task] if len(tasks) > 1 else []
         words += [f"{'+'.join(curve.swept)} swept"] if len(swept) > 1 else []
         handles.append(
             Line2D([], [], color=COLOURS[number % len(COLOURS)], marker="o", markersize=3, label=", ".join(words))
         )
+    handles += [Line2D([], [], label=end.words, **end.style) for end in _ends(curves)]
+    if not handles:
+        return
     figure.legend(
         handles=handles,
         loc="outside lower center",
-        ncols=min(round(figure.get_figwidth() / 1.7), len(handles)),
+        ncols=min(max(round(figure.get_figwidth() / 1.7), 1), len(handles)),
         fontsize=SMALL,
         frameon=False,
     )

@@ -243,6 +243,9 @@ class SweepStep:
         empty.
     holds : {component: mm or rad}
         Where motions of the plate are held, if not where they are at rest.
+    limit : {chamber: MPa}
+        The last pressures to which states could be followed, in the first step without an equilibrium, where they are
+        known; else empty.
     """
 
     task: str
@@ -269,6 +272,7 @@ class SweepStep:
     self_intersecting: bool = False
     buckled: Mapping[str, float] = field(metadata={"key": "buckled_MPa"}, default_factory=dict)
     holds: Mapping[str, float] = field(default_factory=dict)
+    limit: Mapping[str, float] = field(metadata={"key": "limit_MPa"}, default_factory=dict)
 
 
 Record = TypeVar("Record", bound="DataclassInstance")
@@ -277,7 +281,7 @@ Record = TypeVar("Record", bound="DataclassInstance")
 def to_json(record: Any) -> dict[str, Any]:
     """A record as a JSON object: plain values by their keys, null for NaN and infinity."""
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
-    for key in ("region_stretches", "reinforcements", "self_intersecting", "buckled_MPa", "holds"):
+    for key in ("region_stretches", "reinforcements", "self_intersecting", "buckled_MPa", "holds", "limit_MPa"):
         if not content.get(key, True):
             del content[key]
     if isinstance(record, TaskResult) and not record.contact:
@@ -291,9 +295,8 @@ def to_json(record: Any) -> dict[str, Any]:
         if record.converged:
             del content["reason"]
         else:
-            content |= dict.fromkeys(
-                content.keys() - {"task", "pressure_MPa", "move_mm", "turn_rad", "converged", "reason"}
-            )
+            known = {"task", "pressure_MPa", "move_mm", "turn_rad", "converged", "reason", "buckled_MPa", "limit_MPa"}
+            content |= dict.fromkeys(content.keys() - known)
     return content
 
 

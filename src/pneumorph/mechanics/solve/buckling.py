@@ -8,7 +8,7 @@ through at a limit point, and relaxes to another one (`relaxation.py`), from whi
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,16 +22,18 @@ from pneumorph.mechanics.solve.equilibrium import (
     NoEquilibrium,
     between,
     find_near,
+    in_words,
     part_way,
     read_off,
     without_meeting,
 )
+from pneumorph.mechanics.solve.lateral import masses_of, softest
 from pneumorph.mechanics.solve.prediction import guess_after, predict_change
 from pneumorph.mechanics.solve.relaxation import relax
 
-RESOLUTION, BEYOND = 5e-3, 4
-"""Shortest step, relative to the pressures: so exactly is known where stability is lost; and how many of them farther
-the body relaxes."""
+RESOLUTION, FINEST, BEYOND = 5e-3, 2e-4, 4
+"""Shortest step, relative to the pressures reached: so exactly is known where stability is lost; the same relative to
+the way; and how many such steps farther the body relaxes."""
 
 FIRST = 1 / 4
 """The first step, as a part of the way."""
@@ -42,7 +44,11 @@ NEAR = 0.5
 FAR = 4.0
 """Motion over the predicted one from which on a body has gone to another state, if it has lost its stability."""
 
-FEW, MOST = 5, 1000
+SOON, AGAIN = 4.0, 16.0
+"""Shortest steps within which the softest stiffness must reach zero where stability is lost; and how many times shorter
+the steps become where it does not."""
+
+FEW, MOST = 5, 600
 """Most factorisations in a step, and on the whole way."""
 
 
@@ -66,21 +72,33 @@ def through(
 
     Returns
     -------
-    A stable equilibrium, with the pressures in `buckled` if stability was lost on the way; else `found`.
+    What `follow_stable` finds, so that it does not depend on how far the search went at once; `found` where that is as
+    near as predicted, or where no loss of stability is found.
     """
-    known = found if isinstance(found, Equilibrium) and found.stable else None
-    if known is not None:
+    if isinstance(found, Equilibrium) and found.stable:
         ahead = predict_change(begin, tangent, state, whole)
-        if _distance(whole, known.state, state) <= FAR * _distance(whole, ahead, state):
-            return known
-    followed = follow_stable(begin, state, whole, tangent, known)
-    return found if isinstance(followed, NoEquilibrium) else followed
+        if _distance(whole, found.state, state) <= FAR * _distance(whole, ahead, state):
+            return found
+    followed = follow_stable(begin, state, whole, tangent)
+    return followed if isinstance(followed, Equilibrium) or followed.buckled else found
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A stable state on the way, and the part of the way that is done."""
+
+    at: Configuration
+    state: State
+    reached: float
 
 
 def follow_stable(
-    begin: Configuration, state: State, whole: Configuration, tangent: Tangent, known: Equilibrium | None = None
+    begin: Configuration, state: State, whole: Configuration, tangent: Tangent
 ) -> Equilibrium | NoEquilibrium:
     """Follow stable states from an equilibrium of `begin` to the loads of `whole`, through losses of stability.
+
+    Where stability is lost the body relaxes under loads a little farther, so that its state there does not depend on
+    where the way ends. If it ends before them, the way goes back from there.
 
     Parameters
     ----------
@@ -92,52 +110,84 @@ def follow_stable(
         The loads where it ends.
     tangent : Tangent
         The linear solver of their model.
-    known : Equilibrium, optional
-        A stable state at `whole`, which is the result if stability is lost on the way.
     """
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + MOST
-    at, reached, residual, end = begin, 0.0, 0.0, None
-    shortest = _shortest(begin, whole)
-    step, buckled = max(FIRST, shortest), {}
+    here, last, end = Place(begin, state, 0.0), None, None
+    step, residual, buckled = FIRST, 0.0, {}
     try:
-        while reached < 1.0:
-            fraction = min(1.0, reached + step)
+        while here.reached != 1.0:
+            back = here.reached > 1.0
+            shortest = _shortest(begin, whole, here)
+            step = max(step, shortest / AGAIN)
+            fraction = max(1.0, here.reached - step) if back else min(1.0, here.reached + step)
             part = part_way(begin, whole, fraction)
-            end = predict_change(at, tangent, state, whole) if end is None else end
-            ahead = between(state, end, (fraction - reached) / (1.0 - reached))
-            found = _next(at, part, tangent, state, ahead)
+            end = predict_change(here.at, tangent, here.state, whole) if end is None else end
+            ahead = between(here.state, end, (fraction - here.reached) / (1.0 - here.reached))
+            found = _next(here.at, part, tangent, here.state, ahead)
             if found is None and step > shortest:
                 step = max(step / 4.0, shortest)
                 continue
             if found is None:
-                pressures = dict(zip(whole.model.chambers, map(float, part.loads.pressure), strict=True))
-                if known is not None:
-                    return replace(known, buckled=pressures)
+                lost = not back and _is_lost(tangent, last, here, shortest)
+                if not lost and step > shortest / AGAIN:
+                    step /= 4.0
+                    continue
+                if back or not (lost or whole.model.contact):
+                    return _none(buckled, here, "none was found near the next one predicted")
+                pressures = _pressures(part)
                 # A little beyond it the body relaxes sooner.
-                fraction = min(1.0, reached + BEYOND * shortest)
+                fraction = here.reached + BEYOND * shortest
                 part = part_way(begin, whole, fraction)
-                ahead = between(state, end, (fraction - reached) / (1.0 - reached))
-                found = _relaxed(part, tangent, state)
+                ahead = between(here.state, end, (fraction - here.reached) / (1.0 - here.reached))
+                found = _relaxed(part, tangent, here.state)
                 if isinstance(found, str):
-                    return NoEquilibrium(found, reached, None)
-                if not buckled and _distance(part, found[0], state) > FAR * _distance(part, ahead, state):
+                    return _none(buckled, here, found)
+                gone, predicted = (_distance(part, each, here.state) for each in (found[0], ahead))
+                if lost and not buckled and gone > FAR * predicted:
                     buckled = pressures
-            (state, residual), at, reached, step, end = found, part, fraction, 2.0 * step, None
-        return replace(read_off(whole, tangent, state, residual, before), buckled=buckled)
+                last, step = None, BEYOND * shortest
+            else:
+                last, step = here, 2.0 * step
+            (reached_state, residual), end = found, None
+            here = Place(part, reached_state, fraction)
+        return replace(read_off(whole, tangent, here.state, residual, before), buckled=buckled)
     except SingularMatrix:
-        return NoEquilibrium("the tangent is singular", reached, None)
+        return _none(buckled, here, "the tangent is singular")
     except TooCostly:
-        return NoEquilibrium(f"no stable state was found in {MOST} factorisations", reached, None)
+        return _none(buckled, here, f"no other was found in {MOST} factorisations")
     finally:
         tangent.max_factorisations = math.inf
 
 
-def _shortest(begin: Configuration, whole: Configuration) -> float:
+def _pressures(at: Configuration) -> dict[str, float]:
+    return dict(zip(at.model.chambers, map(float, at.loads.pressure), strict=True))
+
+
+def _none(buckled: dict[str, float], here: Place, reason: str) -> NoEquilibrium:
+    """Where and why no stable state was followed any farther."""
+    limit = _pressures(here.at)
+    words = f"stable states were followed up to {in_words(limit)}; {reason}"
+    words = f"the body buckles at {in_words(buckled)}; then {words}" if buckled else words
+    return NoEquilibrium(words, min(here.reached, 1.0), None, buckled, limit)
+
+
+def _shortest(begin: Configuration, whole: Configuration, here: Place) -> float:
     """The shortest step as a part of the way."""
-    pressures = np.array([begin.loads.pressure, whole.loads.pressure])
-    change = np.abs(pressures[1] - pressures[0]).max()
-    return float(RESOLUTION * np.abs(pressures).max() / change)
+    change = np.abs(whole.loads.pressure - begin.loads.pressure).max()
+    return max(float(RESOLUTION * np.abs(here.at.loads.pressure).max() / change), FINEST)
+
+
+def _is_lost(tangent: Tangent, last: Place | None, here: Place, shortest: float) -> bool:
+    """Whether stability is about to be lost: the square of the softest stiffness, extrapolated, falls to zero soon.
+
+    That is linear in the loads where a limit point is near. Where a bifurcation is, it falls sooner than it would.
+    """
+    if last is None:
+        return here.reached == 0.0
+    masses = masses_of(here.at)
+    then, now = (softest(each.at, each.state, tangent, masses).stiffness ** 2 for each in (last, here))
+    return now <= (then - now) * SOON * shortest / (here.reached - last.reached)
 
 
 def _next(

@@ -117,11 +117,17 @@ class NoEquilibrium:
     reason : a sentence.
     fraction : fraction of the load up to which equilibria were found (0 without load stepping).
     last : the last equilibrium on the way, if any.
+    buckled : {chamber: MPa}
+        The pressures at which stability was lost, where a stable state was followed beyond it; else empty.
+    limit : {chamber: MPa}
+        The last pressures to which states could be followed, where that is known; else empty.
     """
 
     reason: str
     fraction: float
     last: Equilibrium | None
+    buckled: Mapping[str, float] = field(default_factory=dict)
+    limit: Mapping[str, float] = field(default_factory=dict)
 
 
 def configure(
@@ -430,8 +436,13 @@ def _where(at: Configuration, fraction: float) -> str:
         return f"at {fraction:.2g} of the way of the plate"
     if not np.any(pressures):
         return f"at {fraction:.2g} of the weight and the plate's loads"
-    named = zip(at.model.chambers, pressures, strict=True)
-    return "near " + ", ".join(f"{name} = {1e3 * float(pressure):.3g} kPa" for name, pressure in named)
+    return f"near {in_words(dict(zip(at.model.chambers, pressures, strict=True)))}"
+
+
+def in_words(pressures: Mapping[str, float]) -> str:
+    """Pressures in MPa as text, with the names of the chambers where there are several."""
+    parts = {name: f"{1e3 * float(pressure):.4g} kPa" for name, pressure in pressures.items()}
+    return ", ".join(f"{name} = {part}" if len(parts) > 1 else part for name, part in parts.items())
 
 
 def read_off(at: Configuration, tangent: Tangent, state: State, residual: float, before) -> Equilibrium:

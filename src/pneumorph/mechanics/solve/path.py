@@ -34,7 +34,7 @@ from pneumorph.mechanics.solve.balance import (
     smallest_ratio,
     supported,
 )
-from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, read_off, solve
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, in_words, read_off, solve
 from pneumorph.mechanics.solve.saddle import Iterate, metrics_along_step, reduced_with
 
 TOLERANCE = 1e-8
@@ -180,38 +180,49 @@ def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equ
         return failure
     last = found.points[-1]
     asked = f"{_in_words(at, 1.0)} has no stable state near"
-    if found.limits:
+    # A path goes on beyond a bifurcation; its last point is past the limit, where there is one.
+    before = found.points[:-1] if found.limits else found.points
+    lost = next((point for point in before if not point.equilibrium.stable), None)
+    if found.limits and lost is None:
         limit = found.limits[0]
         volumes = ", ".join(f"{volume:.5g} mm³" for volume in limit.equilibrium.volumes.values())
         return NoEquilibrium(
-            f"{asked}: pressure reaches its limit at {_in_words(at, limit.load)} (volume {volumes}), "
-            "beyond it the body deforms further while the pressure falls",
+            f"{asked}: pressure reaches its limit at {_in_words(at, limit.load)} (volume {volumes}), beyond it the "
+            f"body deforms further {_beyond(at)}",
             limit.load,
             last.equilibrium,
+            limit=limit.pressures,
         )
     if last.load >= 1.0:
         there = solve(at, tangent, last.equilibrium.state)
         if isinstance(there, Equilibrium) and there.stable:
             return there
-    lost = next((point for point in found.points if not point.equilibrium.stable), None)
     if lost is not None:
         return NoEquilibrium(
-            f"{asked}: the body buckles below {_in_words(at, lost.load)}",
+            f"{asked}: the body buckles before {_in_words(at, lost.load)}",
             lost.load,
             last.equilibrium,
+            limit=lost.pressures,
         )
     return NoEquilibrium(
         f"{failure.reason}; equilibria were followed up to {_in_words(at, last.load)}, where {found.reason}",
         last.load,
         last.equilibrium,
+        limit=last.pressures,
     )
 
 
 def _in_words(at: Configuration, load: float) -> str:
-    """The pressures λ p̂ as text, with chamber names where there are several."""
-    names = at.model.chambers if len(at.model.chambers) > 1 else ("",)
-    parts = [f"{1e3 * load * float(pressure):.4g} kPa" for pressure in at.loads.pressure]
-    return ", ".join(f"{name} = {part}" if name else part for name, part in zip(names, parts, strict=True))
+    """The pressures λ p̂ as text."""
+    return in_words(dict(zip(at.model.chambers, load * np.asarray(at.loads.pressure), strict=True)))
+
+
+def _beyond(at: Configuration) -> str:
+    """What the pressures do beyond a limit point, in words."""
+    pressures = at.loads.pressure[at.loads.pressure != 0.0]
+    if np.all(pressures < 0.0):
+        return "while the vacuum weakens"
+    return "while the pressure falls" if np.all(pressures > 0.0) else "while pressure and vacuum weaken"
 
 
 def _loaded(at: Configuration, load: float) -> Configuration:

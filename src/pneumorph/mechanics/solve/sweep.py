@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -12,12 +11,12 @@ import numpy as np
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
-from pneumorph.mechanics.solve.buckling import through
+from pneumorph.mechanics.solve.buckling import follow_stable, through
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, settled, solve
 from pneumorph.mechanics.solve.path import diagnose
 
-MOST = 100
-"""Most factorisations of a step before stable states are followed in small ones."""
+MOST, MOST_FROM_REST = 60, 400
+"""Most factorisations of a step before stable states are followed in small ones, and of the first from rest."""
 
 
 def sweep(
@@ -39,24 +38,38 @@ def sweep(
         A stable equilibrium before them; else the sweep starts at rest.
     """
     walked: list[tuple[Configuration, State]] = [] if begin is None else [begin]
-    stable, stopped = True, None
+    stable, buckled, stopped = True, False, None
     for at in path:
         if stopped is not None:
             yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
             continue
-        indefinite, since = tangent.indefinite, walked[-1] if walked else None
-        found = solve(at, tangent, secant_start(walked, at), since=since, most=MOST if since else math.inf)
-        if at.enclosed is None and stable and _doubtful(found, tangent.indefinite > indefinite):
-            since = since or _without_pressure(at, tangent)
-            if since is not None and _by_pressure(since[0], at):
-                found = through(*since, at, tangent, found)
-        if at.enclosed is None and isinstance(found, NoEquilibrium):
+        since = walked[-1] if walked else None
+        if buckled and since is not None and _by_pressure(since[0], at):
+            # Longer steps might lead to other states, of which a body that has buckled may have many.
+            found = follow_stable(*since, at, tangent)
+        else:
+            found = _next(at, tangent, walked, stable)
+        buckled = buckled or bool(found.buckled)
+        if at.enclosed is None and isinstance(found, NoEquilibrium) and not buckled:
             found = diagnose(at, tangent, found)
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
             stable, walked = found.stable, [*walked[-1:], (settled(at, found), found.state)]
         yield found
+
+
+def _next(
+    at: Configuration, tangent: Tangent, walked: list[tuple[Configuration, State]], stable: bool
+) -> Equilibrium | NoEquilibrium:
+    """The equilibrium after those that were `walked`, of which the last is `stable`."""
+    indefinite, since = tangent.indefinite, walked[-1] if walked else None
+    found = solve(at, tangent, secant_start(walked, at), since=since, most=MOST if since else MOST_FROM_REST)
+    if at.enclosed is None and stable and _doubtful(found, tangent.indefinite > indefinite):
+        since = since or _without_pressure(at, tangent)
+        if since is not None and _by_pressure(since[0], at):
+            return through(*since, at, tangent, found)
+    return found
 
 
 def _doubtful(found: Equilibrium | NoEquilibrium, indefinite: bool) -> bool:
