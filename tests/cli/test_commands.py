@@ -12,6 +12,7 @@ from pneumorph.analysis import simulate
 from pneumorph.cli import check, design
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium, Skin, sweep
+from pneumorph.optimize.setup import Setup
 from pneumorph.output.pictures import Pictures
 from pneumorph.run import complete
 
@@ -144,6 +145,20 @@ def test_check_says_why_a_state_is_not_to_be_trusted(run, tiny, monkeypatch):
     monkeypatch.setattr(Skin, "intersects_itself", lambda self, x: True)
     result = run("check", tiny, "--quick")
     assert result.exit_code == 0 and "warning   extend: the deformed body self-intersects" in result.output
+    assert "is sound" not in result.output and "start of task extend is doubtful" in result.output
+
+
+@pytest.mark.parametrize("command", ["check", "design"])
+def test_limits_that_no_body_near_the_start_satisfies_are_a_fault_of_the_input(
+    run, tiny, tmp_path, monkeypatch, command
+):
+    monkeypatch.setattr(Setup, "within", lambda self, phi: self.certify(phi))
+    text = tiny.read_text(encoding="utf-8")
+    tiny.write_text(f'{text}[limits]\nenvelope = {{ radius = "7.5 mm" }}\n')
+    options = ("--quick",) if command == "check" else ("--out", tmp_path / "run")
+    result = run(command, tiny, *options)
+    assert result.exit_code == 2, result.output
+    assert "envelope" in result.stderr and "is sound" not in result.output
 
 
 def test_a_body_that_does_not_move_has_no_gradient_to_test(run, tiny):
