@@ -9,7 +9,7 @@ from tiny import tiny
 from pneumorph.errors import ProblemError
 from pneumorph.limits.table import BY_NAME
 from pneumorph.optimize import design
-from pneumorph.optimize.events import DesignAccepted, Finished
+from pneumorph.optimize.events import BegunLower, DesignAccepted, Finished
 from pneumorph.optimize.states import AIM, StateLimits
 from pneumorph.problem import Problem, loads
 
@@ -80,6 +80,22 @@ def test_a_tilt_is_kept_small():
     last = found[-1].tasks["extend"]
     assert tilts[-1] == pytest.approx(np.degrees(np.hypot(*last.rotation[:2])), rel=1e-6)
     assert found[-1].limits["shift_mm"] == pytest.approx(np.hypot(*last.translation[:2]), rel=1e-9)
+
+
+def test_a_start_that_balloons_begins_at_a_lower_pressure():
+    table = loads(tiny(iterations="1")).model_dump(mode="json", exclude_none=True)
+    table["material"] = {"model": "neo-hookean", "shear_modulus": "0.25 MPa", "bulk_modulus": "2 MPa"}
+    table["material"]["density"] = "1 g/cm^3"
+    table["body"]["chamber"][0]["radius"] = "5.5 mm"
+    table["task"][0]["pressure"]["A"] = {"start": "160 kPa", "min": "0 kPa", "max": "200 kPa"}
+    events = list(design(Problem.model_validate(table)))
+    (lower,) = [event for event in events if isinstance(event, BegunLower)]
+    start, after = [event.entry for event in events if isinstance(event, DesignAccepted)]
+    began = start.tasks["extend"].pressures["A"]
+    assert lower.pressures["extend"]["A"] == pytest.approx(began)
+    assert 0.0 < began < 0.16
+    # The range is given, but the margin decides.
+    assert after.limits["margin"] > min(start.limits["margin"], 1.15) * (1.0 - 1e-9)
 
 
 def test_the_steps_of_the_paper_keep_it_too():

@@ -14,6 +14,7 @@ from rich.text import Text
 from pneumorph import doing
 from pneumorph.cli.columns import columns_of, heading, row
 from pneumorph.optimize import (
+    BegunLower,
     BroughtWithin,
     DesignAccepted,
     DesignRejected,
@@ -23,7 +24,7 @@ from pneumorph.optimize import (
     Remeshed,
     Started,
 )
-from pneumorph.output.format import format_duration, part_note
+from pneumorph.output.format import format_duration, format_pressures, part_note
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry
 
@@ -80,6 +81,9 @@ class Screen:
                     f"the start is not certified to satisfy limits: {'; '.join(event.violated)}; its surfaces were "
                     f"moved by up to {event.moved_mm:.2g} mm, after which it is"
                 )
+            case BegunLower():
+                begun = "; ".join(f"{name} {format_pressures(own)}" for name, own in event.pressures.items())
+                self.say(f"the start has no state at its pressures and begins lower: {begun}; designs may raise them")
             case DesignAccepted():
                 self._rejected = 0
                 self.row(event.entry)

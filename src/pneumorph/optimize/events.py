@@ -36,6 +36,13 @@ class BroughtWithin:
 
 
 @dataclass(frozen=True)
+class BegunLower:
+    """The start has no state at the pressures asked for and begins at lower ones, by task and chamber in MPa."""
+
+    pressures: Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
 class Remeshed:
     """The body, or the `part` of it that is analysed, was remeshed; `reason` is a sentence."""
 
@@ -108,4 +115,4 @@ class Finished:
     fields: Fields
 
 
-Event = Started | BroughtWithin | Remeshed | MeshKept | DesignRejected | DesignAccepted | Finished
+Event = Started | BroughtWithin | BegunLower | Remeshed | MeshKept | DesignRejected | DesignAccepted | Finished

@@ -7,16 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, analyse_start, checkpoint
+from pneumorph.analysis import Analysis, Discretisation, analyse, analyse_start, checkpoint
 from pneumorph.errors import Hopeless, MeshError
 from pneumorph.optimize.buckling import judge, unpack_at_rest
 from pneumorph.optimize.clock import Clock
-from pneumorph.optimize.events import BroughtWithin, Event
+from pneumorph.optimize.events import BegunLower, BroughtWithin, Event
 from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate, unpack_learnt
 from pneumorph.optimize.model import no_curvature
 from pneumorph.optimize.setup import Setup
 from pneumorph.optimize.within import Within
 from pneumorph.problem import Problem
+
+LOWER = (0.75, 0.5, 0.25, 0.0)
+"""Shares of the designed pressures above their lower bounds with which a start begins that has no state at them."""
 
 
 def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
@@ -38,12 +41,33 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
         except MeshError as error:
             raise Hopeless(str(error)) from None
     with clock.phase("equilibrium"):
-        analysis = analyse_start(problem, space, disc, feasible.phi)
+        try:
+            analysis = analyse_start(problem, space, disc, feasible.phi)
+        except Hopeless:
+            found = _at_lower_pressures(setup, disc, feasible.phi)
+            if found is None:
+                raise
+            analysis = found
+            yield BegunLower(analysis.pressures)
     _require_contact(problem, disc, analysis)
     with clock.phase("equilibrium"):
         lateral = judge(disc, analysis, {})
     learnt = Learnt(setup.stepper, no_curvature(space.n), 1.0, ())
     return evaluate(setup, 0, AnalysedDesign(analysis, disc, feasible.report, lateral), learnt, clock)
+
+
+def _at_lower_pressures(setup: Setup, disc: Discretisation, phi: np.ndarray) -> Analysis | None:
+    """The design Φ (n,) at the highest of some lower pressures at which it has a state, of those that are designed."""
+    space = setup.space
+    own = slice(space.n_shape, space.n_shape + len(space.free_pressures))
+    least = np.minimum(np.maximum(space.lower[own], 0.0), phi[own])
+    for share in LOWER if np.any(phi[own] > least) else ():
+        lowered = phi.copy()
+        lowered[own] = least + share * (phi[own] - least)
+        found = analyse(setup.problem, space, disc, lowered, most=setup.settings.trial.most_in_contact)
+        if isinstance(found, Analysis):
+            return found
+    return None
 
 
 def _require_contact(problem: Problem, disc: Discretisation, analysis: Analysis) -> None:
