@@ -232,7 +232,7 @@ class Design:
     def make(self, folder: str | Path, chord: float = 0.02) -> MadeFiles:
         """Write all files for manufacturing the design and its mould, and check them; see ``docs/making.md``.
 
-        The effect of the ports on the motion is simulated.
+        The effect of the ports of the mould on the motion is simulated. Of a body from a file there is no mould.
 
         Parameters
         ----------

@@ -52,7 +52,10 @@ def triangulated(body: Body[LatticeSurface], chord: float) -> list[Triangles]:
     patches = [np.arange(len(each.patches)) for each in body.surfaces]
     bary = [np.tile(np.eye(3), (len(each), 1, 1)) for each in patches]
     while True:
-        wrong = [surface.between(*each).error > chord for surface, *each in zip(surfaces, patches, bary, strict=True)]
+        wrong = [
+            surface.between(patch, own).error > chord
+            for surface, patch, own in zip(surfaces, patches, bary, strict=True)
+        ]
         if not any(each.any() for each in wrong):
             return [Triangles(points, each) for each in corners]
         ends = _divided_edges(corners, wrong, len(points))
