@@ -51,4 +51,4 @@ def test_an_analysis_says_what_it_does(lines):
     analyse_body(problem, starting_design(problem).body)
     said = {line.partition(" (")[0] for line in lines}
     assert any(each.startswith("meshing") for each in said)
-    assert any("near A = " in each for each in said)
+    assert any("near " in each and "kPa" in each for each in said)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation, analyse, build_discretisation
@@ -109,14 +110,14 @@ def _require_bearing(
     at = configure(coarse.model, X, loads, guided_of(problem, under))
     found = solve(at, coarse.tangents[task.name], tolerance=ENOUGH, most=MOST)
     if isinstance(found, NoEquilibrium):
-        expected = dict.fromkeys(MOTIONS, 0.0) | dict(zip(MOTIONS[3:5], beam.turned, strict=True))
+        expected: dict[str, float] = dict(zip(MOTIONS, (0.0, 0.0, 0.0, *beam.turned, 0.0), strict=True))
         if beam.compression <= BUCKLED and not _opposed(task, expected):
             return
         what = "the body does not bear its loads"
         raise Hopeless(f"{key_of_loads(problem, index)}: {what}; {_words(problem, index, beam)}")
-    shift, turn = np.asarray(found.plate[:3]), np.asarray(found.plate[3:])
-    angle = math.acos(float(np.clip(np.asarray(rotation(turn))[2, 2], -1.0, 1.0)))
-    moved = dict(zip(MOTIONS, (*shift, *turn), strict=True))
+    shift, turn = found.plate[:3], found.plate[3:]
+    angle = math.acos(float(np.clip(rotation(jnp.asarray(turn))[2, 2], -1.0, 1.0)))
+    moved: dict[str, float] = dict(zip(MOTIONS, (*shift, *turn), strict=True))
     touches = coarse.model.contact is not None and coarse.model.contact.own is not None
     if not touches and coarse.skin.intersects_itself(X + found.u):
         what = f"press the body into itself (its tip moves to z = {problem.body.length + shift[2]:.3g} mm)"

@@ -98,11 +98,10 @@ def _section(problem: Tables, height: float) -> tuple[float, NDArray[np.float64]
         if start < height < end:
             size = 1.0 + (chamber.taper - 1.0) * (height - start) / (end - start)
             parts.append((-1.0, chamber.outline.scaled(size).moved(*chamber.center)))
-    area, first, second = (
-        sum(sign * each[index] for sign, each in ((sign, _moments(outline)) for sign, outline in parts))
-        for index in range(3)
-    )
-    x, y = first / area
+    moments = [(sign, *_moments(outline)) for sign, outline in parts]
+    area = sum(sign * own for sign, own, _, _ in moments)
+    second = np.sum([sign * own for sign, _, _, own in moments], axis=0)
+    x, y = np.sum([sign * own for sign, _, own, _ in moments], axis=0) / area
     (xx, xy), (_, yy) = second - area * np.outer((x, y), (x, y))
     return float(area), np.array([[yy, -xy], [-xy, xx]])
 
