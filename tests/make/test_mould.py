@@ -16,6 +16,7 @@ from pneumorph.make.mould.plan import plan
 from pneumorph.make.mould.proof import part, proof
 from pneumorph.make.mould.release import release
 from pneumorph.make.mould.samples import sampled
+from pneumorph.make.mould.sheet import FOOT, _sections, text_pages
 from pneumorph.make.mould.tessellation import tessellated
 from pneumorph.make.mould.tops import tops
 from pneumorph.problem import BodySpec, load
@@ -33,6 +34,27 @@ def tube(chambers, length=40, radius=8, **rest):
         for name, size, (x, y), (a, b) in chambers
     ]
     return starting_body(BodySpec.model_validate(table))
+
+
+@pytest.mark.parametrize("place", [(0, 0), (-3.8, 0), (2, 3)])
+def test_the_sheet_cuts_through_the_port(place):
+    """Every piece beside the axis is named at a point in it, and the core's stem reaches the underside."""
+    planned = plan(tube([("A", 3, place, (3, 37))]), THIN, 1.0, DENSITY)
+    parts = [part(piece.name, piece.role, tessellated(piece.shape, 0.1)) for piece in pieces(planned)]
+    upright, level = _sections(planned, parts, "A tube").axes
+    names = {text.get_text() for text in upright.texts}
+    assert {"body", "base", "lid", "core-A", "outer-1", "outer-2"} <= names
+    assert {"body", "core-A", "outer-1", "outer-2"} <= {text.get_text() for text in level.texts}
+    shown = [each for each in parts if each.role in ("mould", "core", "product")]
+    core = [each.name for each in shown].index("core-A")
+    assert upright.patches[core].get_path().vertices[:, 1].min() < planned.bottom - 1.0
+
+
+def test_text_fills_pages_and_none_runs_off():
+    pages = list(text_pages({"Steps": [f"{n}. {'word ' * 60}" for n in range(15)], "Bill": ["1 piece"] * 5}))
+    heights = [[text.get_position()[1] for text in page.texts] for page in pages]
+    assert len(pages) == 2 and all(min(each) > FOOT for each in heights)
+    assert "Bill" in [text.get_text() for text in pages[-1].texts] and len(pages[-1].texts) > 7
 
 
 def proved(planned):

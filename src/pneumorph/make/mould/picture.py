@@ -53,7 +53,14 @@ def main() -> None:
     plotter.screenshot(str(path))
 
 
-def _add(plotter: pv.Plotter, name: str, piece: pv.DataSet) -> None:
+def _add(plotter: pv.Plotter, name: str, piece: pv.DataSet, named: bool = False) -> None:
+    """Draw a piece, with its name above it if asked."""
+    if named:
+        left, right, front, back, _, high = piece.bounds
+        at = [[(left + right) / 2.0, (front + back) / 2.0, high]]
+        look = {"font_size": 18, "text_color": "black", "shape": None}
+        look |= {"justification_horizontal": "center", "show_points": False, "always_visible": True}
+        plotter.add_point_labels(at, [name], **look)
     colour = _COLOURS[name.split("-")[0]]
     plotter.add_mesh(piece, color=colour, smooth_shading=True, split_sharp_edges=True, feature_angle=24.0, ambient=0.25)
 
@@ -81,7 +88,7 @@ def _draw_split(plotter: pv.Plotter, pieces: dict[str, pv.DataSet]) -> None:
             away[2] += 0.1 * tall * (float(number[2]) - 1.5)
         if kind == "body":
             away = np.array([4.4 * wide, 0.0, 0.0])
-        _add(plotter, name, aside.translate(away))
+        _add(plotter, name, aside.translate(away), named=True)
     middle = np.array([2.2 * wide, 0.0, (low + high) / 2.0])
     _look(plotter, middle, 20.0 * wide, max(0.85 * tall, 2.0 * wide))
 
@@ -128,7 +135,8 @@ def _in_a_row(
     for group in groups:
         bounds = pv.merge([piece for _, piece in group]).bounds
         for name, piece in group:
-            _add(plotter, name, piece.translate([left - bounds[0], 0.0, -down]))
+            # Of pieces at one place the first is named.
+            _add(plotter, name, piece.translate([left - bounds[0], 0.0, -down]), named=name == group[0][0])
         left += bounds[1] - bounds[0] + 8.0
         ends.append(bounds[4:])
     return left, min(low for low, _ in ends) - down, max(high for _, high in ends) - down

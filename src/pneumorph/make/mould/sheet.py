@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
+from scipy.spatial import KDTree
 
 from pneumorph.make.mould.bill import Item
 from pneumorph.make.mould.plan import PLATE, Plan, SplitPlan
@@ -27,6 +28,24 @@ AIR = " Tilt it to all sides and tap it, so that air under level faces leaves to
 """What takes air from below faces that have no highest point, such as the flat ends of chambers."""
 
 PAGE = (8.27, 11.69)  # A4 upright, inches
+
+FOOT = 0.05
+"""Lowest line on a page, as a part of its height."""
+
+LINE = 0.045
+"""Least distance of two names beside a section, as a part of its height."""
+
+GRID = 48
+"""Points along the sides of a section, one of which is marked with the piece's name."""
+
+OFF = float(np.radians(1.0))
+"""How far sections keep from partings, so that these are seen from the side."""
+
+ON_AXIS = 0.1
+"""Distance in mm from the axis within which a port is in every section."""
+
+Places = dict[str, tuple[float, float]]
+"""Points in the sections of pieces by their names, mm."""
 
 
 def write_sheet(
@@ -75,9 +94,10 @@ def write_pages(
     with PdfPages(path, metadata={"Title": title, "CreationDate": None}) as pages:
         for drawing in drawings:
             pages.savefig(drawing)
-        pages.savefig(text_page("Steps", [*(f"{n}. {step}" for n, step in enumerate(to_do, start=1)), *told]))
+        numbered = [*(f"{n}. {step}" for n, step in enumerate(to_do, start=1)), *told]
         rows = [f"{item.quantity:10.4g}  {item.unit:9s} {item.item}" + note_of(item) for item in items]
-        pages.savefig(text_page("Bill of materials", rows))
+        for page in text_pages({"Steps": numbered, "Bill of materials": rows}):
+            pages.savefig(page)
 
 
 def steps(plan: SplitPlan, items: Sequence[Item]) -> list[str]:
@@ -170,14 +190,15 @@ def note_of(item: Item) -> str:
 def _sections(plan: SplitPlan, parts: Sequence[Part], title: str) -> Figure:
     figure = Figure(figsize=PAGE, layout="constrained")
     upright, level = figure.subplots(2, 1, height_ratios=[3, 1.6])
-    angle = plan.angles[0] + np.pi / len(plan.angles)
+    angle = _through_a_port(plan)
     shown = [part for part in parts if part.role in _COLOURS]
     numbers = {part.name: number for number, part in enumerate(shown, start=1)}
+    places: tuple[Places, Places] = {}, {}
     for part in shown:
         # The plane of the section becomes z = 0: turned about z first, then about x.
         turned = part.solid.rotate((0.0, 0.0, -float(np.degrees(angle)))).rotate((-90.0, 0.0, 0.0))
-        fill(upright, turned.slice(0.0).to_polygons(), part, (1.0, 1.0), numbers)
-        fill(level, part.solid.slice(plan.length / 2.0).to_polygons(), part, (1.0, 1.0), numbers)
+        fill(upright, turned.slice(0.0).to_polygons(), part, numbers[part.name], places[0])
+        fill(level, part.solid.slice(plan.length / 2.0).to_polygons(), part, numbers[part.name], places[1])
     low, high = plan.bottom - PLATE, plan.length + PLATE
     wide = plan.outer + plan.spec.clearance + plan.spec.mould_wall
     dimension(upright, (-wide - 6.0, low), (-wide - 6.0, high), f"{high - low:.1f}")
@@ -186,33 +207,56 @@ def _sections(plan: SplitPlan, parts: Sequence[Part], title: str) -> Figure:
     dimension(upright, (-plan.flange, low - 13.0), (plan.flange, low - 13.0), f"Ø {2 * plan.flange:.1f} (flange)")
     upright.set_title(f"section at {np.degrees(angle):.0f}°, mm", fontsize=9)
     level.set_title(f"section at z = {plan.length / 2.0:.0f} mm", fontsize=9)
-    finish(figure, (upright, level), title, numbers)
+    finish(figure, dict(zip((upright, level), places, strict=True)), title)
     return figure
 
 
-def finish(figure: Figure, drawn: Sequence[Axes], title: str, numbers: Mapping[str, int]) -> None:
-    """Finish a figure: axes to scale without frames, the title, and the pieces' names by number.
+def _through_a_port(plan: SplitPlan) -> float:
+    """The angle of a section through the axis that shows a port with its stem, a little off the partings."""
+    stem = next((each for each in plan.stems if not each.closed), plan.stems[0])
+    x, y = (stem.direction if stem.way == "side" else stem.start)[:2]
+    if np.hypot(x, y) < ON_AXIS:
+        return float(plan.angles[0] + np.pi / len(plan.angles))
+    angle = float(np.arctan2(y, x))
+    # The other half of the section lies opposite.
+    near = any(abs(np.sin(angle - parting)) < OFF for parting in plan.angles)
+    return angle + OFF if near else angle
 
-    Parameters
-    ----------
-    figure : Figure
-    drawn : sequence of Axes
-        In mm, which are drawn to scale and without frames.
-    title : str
-        Of the figure.
-    numbers : {name: number}
-        Of the pieces, written below the title.
-    """
-    for axes in drawn:
+
+def finish(figure: Figure, drawn: Mapping[Axes, Places], title: str) -> None:
+    """Finish a figure: axes in mm, to scale and without frames, the names of the pieces in them, and the title."""
+    for axes, places in drawn.items():
         axes.set_aspect("equal")
         axes.autoscale_view()
         axes.set_axis_off()
-    names = "   ".join(f"{number} {name}" for name, number in numbers.items())
-    figure.suptitle(f"{title}\n{names}", fontsize=10, wrap=True)
+        _name(axes, places)
+    figure.suptitle(title, fontsize=11, weight="bold")
 
 
-def fill(axes: Axes, polygons, part: Part, sense: tuple[float, float], numbers: Mapping[str, int]) -> None:
-    """Fill the outlines of a section, holes left out, and write the piece's number in the largest one.
+def _name(axes: Axes, places: Places) -> None:
+    """Write the names of pieces in a column on either side, with a line from each to a point in its piece."""
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    middle, step, aside = (left + right) / 2.0, LINE * (high - low), 0.05 * (right - left)
+    order = sorted(places, key=lambda name: places[name][0])
+    # As many names on both sides: pieces near the middle go to the emptier one.
+    halves = order[: len(order) // 2], order[len(order) // 2 :]
+    for names, x, side in ((halves[0], left - aside, "right"), (halves[1], right + aside, "left")):
+        heights = {name: places[name][1] for name in names}
+        below = -np.inf
+        for name in sorted(names, key=heights.__getitem__):
+            heights[name] = below = max(heights[name], below + step)
+        # Back down as far as they went up too far on the whole.
+        surplus = max((heights[name] for name in names), default=high) - high
+        for name in names:
+            at = x, heights[name] - max(surplus, 0.0)
+            line = {"arrowstyle": "-", "lw": 0.5, "color": "#2d353d", "shrinkA": 1, "shrinkB": 0}
+            axes.annotate(name, places[name], at, fontsize=8, ha=side, va="center", arrowprops=line)
+            axes.plot(*places[name], "o", markersize=1.8, color="#2d353d")
+    axes.set_xlim(middle - 1.4 * (middle - left), middle + 1.4 * (right - middle))
+
+
+def fill(axes: Axes, polygons, part: Part, number: int, places: Places) -> None:
+    """Fill the outlines of a section, holes left out, and note a point in it by the piece's name.
 
     Parameters
     ----------
@@ -222,22 +266,35 @@ def fill(axes: Axes, polygons, part: Part, sense: tuple[float, float], numbers: 
         Outlines of the section, mm; those of holes too.
     part : Part
         The piece.
-    sense : (2,)
-        Signs of the axes.
-    numbers : {name: number}
-        Of all pieces.
+    number : int
+        Of the piece, by which neighbours have different colours.
+    places : dict
+        Takes the point.
     """
     if not len(polygons):
         return
-    loops = [np.asarray(polygon)[:, :2] * sense for polygon in polygons]
+    loops = [np.asarray(polygon)[:, :2] for polygon in polygons]
     vertices = np.concatenate([np.concatenate([loop, loop[:1]]) for loop in loops])
     codes = np.concatenate([[Outline.MOVETO, *[Outline.LINETO] * (len(loop) - 1), Outline.CLOSEPOLY] for loop in loops])
-    colour = _COLOURS[part.role][numbers[part.name] % 2]
+    colour = _COLOURS[part.role][number % 2]
     axes.add_patch(PathPatch(Outline(vertices, codes), facecolor=colour, edgecolor="#2d353d", linewidth=0.5))
-    largest = max(loops, key=lambda loop: np.ptp(loop, axis=0).prod())
-    place = largest[np.argmax(largest[:, 0] + 0.01 * largest[:, 1])]
-    text = (place[0] + 3.0, place[1])
-    axes.annotate(str(numbers[part.name]), place, text, fontsize=8, arrowprops={"arrowstyle": "-", "lw": 0.4})
+    places[part.name] = _within(loops)
+
+
+def _within(loops: Sequence[np.ndarray]) -> tuple[float, float]:
+    """The point of a grid within outlines that is farthest from them."""
+    corners = np.concatenate(loops)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    grid = np.stack(np.meshgrid(*np.linspace(low, high, GRID + 2)[1:-1].T), axis=-1).reshape(-1, 2)
+    # Within a hole a point is in two outlines.
+    inside = np.sum([Outline(loop).contains_points(grid) for loop in loops], axis=0) % 2 == 1
+    if not inside.any():
+        return float(loops[0][0, 0]), float(loops[0][0, 1])
+    share = np.linspace(0.0, 1.0, GRID)[:, None, None]
+    edges = [(1 - share) * loop + share * np.roll(loop, -1, axis=0) for loop in loops]
+    distance, _ = KDTree(np.concatenate([edge.reshape(-1, 2) for edge in edges])).query(grid[inside])
+    x, y = grid[inside][np.argmax(distance)]
+    return float(x), float(y)
 
 
 def dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float], text: str) -> None:
@@ -262,15 +319,24 @@ def dimension(axes: Axes, start: tuple[float, float], stop: tuple[float, float],
     axes.update_datalim([start, stop])
 
 
-def text_page(title: str, lines: Sequence[str]) -> Figure:
-    figure = Figure(figsize=PAGE)
-    figure.text(0.08, 0.95, title, fontsize=13, weight="bold")
-    top = 0.92
-    for line in lines:
-        wrapped = _wrapped(line, 96)
-        figure.text(0.08, top, wrapped, fontsize=9, va="top", family="monospace" if title.startswith("Bill") else None)
-        top -= 0.017 * (wrapped.count("\n") + 1) + 0.008
-    return figure
+def text_pages(parts: Mapping[str, Sequence[str]]) -> Iterator[Figure]:
+    """Pages with lines under headings, one after the other, as many as are needed; the bill's are in columns."""
+    figure, top = Figure(figsize=PAGE), 0.95
+    for heading, lines in parts.items():
+        family = "monospace" if heading.startswith("Bill") else None
+        for number, line in enumerate(lines):
+            wrapped = _wrapped(line, 96)
+            needed = 0.0145 * (wrapped.count("\n") + 1) + 0.008
+            if top - needed - (0.04 if number == 0 else 0.0) < FOOT:
+                yield figure
+                figure, top = Figure(figsize=PAGE), 0.95
+            if number == 0:
+                figure.text(0.08, top, heading, fontsize=13, weight="bold", va="top")
+                top -= 0.035
+            figure.text(0.08, top, wrapped, fontsize=9, va="top", family=family)
+            top -= needed
+        top -= 0.02
+    yield figure
 
 
 def _wrapped(line: str, width: int) -> str:

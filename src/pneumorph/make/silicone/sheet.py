@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pneumorph.make.mould.bill import Item
 from pneumorph.make.mould.proof import Part
-from pneumorph.make.mould.sheet import AIR, PAGE, dimension, fill, finish, last_steps, write_pages
+from pneumorph.make.mould.sheet import AIR, PAGE, Places, dimension, fill, finish, last_steps, write_pages
 from pneumorph.make.silicone.frame import frame_of
 from pneumorph.make.silicone.pieces import BOX, PLATE
 from pneumorph.make.silicone.plan import SiliconePlan, Slab, size_of
@@ -88,15 +88,15 @@ def _sections(plan: SiliconePlan, slab: Slab, parts: Sequence[Part], title: str)
     shown = [next(each for each in parts if each.name == f"part-{slab.number}"), *own, *boxes]
     numbers = {each.name: number for number, each in enumerate(shown, start=1)}
     frame, size = frame_of(slab, plan), size_of(plan)
+    places: tuple[Places, Places] = {}, {}
     for each in shown:
         # Across becomes the vertical, up stays up in the drawing, z runs to the right.
         drawn = each.solid.transform(np.column_stack([_rows(frame), -_rows(frame) @ frame.origin]))
-        fill(along, drawn.slice(0.0).to_polygons(), each, (1.0, 1.0), numbers)
+        fill(along, drawn.slice(0.0).to_polygons(), each, numbers[each.name], places[0])
         turned = each.solid.slice(plan.length / 2.0).to_polygons()
         flat = np.stack([frame.across, frame.up])[:, :2]
-        fill(
-            level, [(np.asarray(loop)[:, :2] - frame.origin[:2]) @ flat.T for loop in turned], each, (1.0, 1.0), numbers
-        )
+        across = [(np.asarray(loop)[:, :2] - frame.origin[:2]) @ flat.T for loop in turned]
+        fill(level, across, each, numbers[each.name], places[1])
     below, above = -plan.deep[1], plan.deep[0]
     dimension(along, (size.low, below - 12.0), (size.high, below - 12.0), f"{size.high - size.low:.1f}")
     dimension(along, (0.0, above + 12.0), (plan.length, above + 12.0), f"{plan.length:.1f}")
@@ -106,7 +106,7 @@ def _sections(plan: SiliconePlan, slab: Slab, parts: Sequence[Part], title: str)
     dimension(level, (-edge, above + PLATE + 6.0), (edge, above + PLATE + 6.0), f"{2 * edge:.1f}")
     along.set_title("section along the axis, mm; the gate is at the right", fontsize=9)
     level.set_title(f"section at z = {plan.length / 2.0:.0f} mm", fontsize=9)
-    finish(figure, (along, level), title, numbers)
+    finish(figure, dict(zip((along, level), places, strict=True)), title)
     return figure
 
 
