@@ -349,7 +349,7 @@ def step_of(
     translations, rotations = poses_of(at.model, motion)
     return SweepStep(
         task=task,
-        pressures=pressures | answer.enclosed,
+        pressures={**pressures, **answer.enclosed},
         translation=vector(motion.translation),
         rotation=vector(motion.rotation),
         reaction=_reaction(at, answer),

@@ -295,7 +295,8 @@ def _filled(at: Configuration, tangent: Tangent, start: State | Guess | None, to
         begin = with_pressures(at, at.enclosed, nearest_pressure(at, state))
         found = fill(begin, tangent, begin, state, tolerance, 1.0)
     if isinstance(found, str) and since is not None:
-        found = fill(at, tangent, *since, tolerance)
+        begin, state = since
+        found = fill(at, tangent, begin, state, tolerance)
     if isinstance(found, str):
         begin = replace(unloaded(at), enclosed=at.enclosed.part(0.0))
         found = fill(at, tangent, begin, rest(at.model), tolerance)
