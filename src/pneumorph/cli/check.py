@@ -175,6 +175,11 @@ def _numbers(at: AnalysedBody) -> list[str]:
         *(f"{each.name:9} {each.words}{_ranges(each)}" for each in reinforcements(problem)),
         f"tip       {', '.join([problem.end_effector.kind, *words_of_plate(problem.end_effector)])}",
         f"gravity   {words_of_gravity(problem.gravity)}",
+        *(
+            f"gas       {each['name']} is sealed at {each['gas']['pressure']}, exponent {each['gas']['exponent']:g}"
+            for each in table["body"]["chamber"]
+            if each.get("gas")
+        ),
         *(f"loads     of task {task.name}: {words}" for task in problem.task if (words := words_of_own(task))),
         *(f"symmetry  about {plane} is not used: the {' and '.join(keys)} breaks it" for plane, keys in broken.items()),
     ]

@@ -153,5 +153,7 @@ def words_of_own(task: Task) -> str:
         words += [f"no {key}"] if nothing is not None and not any(nothing) else []
     words += ["no springs"] if task.spring is not None and not _written(task.spring) else []
     words += ["nothing held"] if task.hold is not None and not task.hold.values else []
+    filled = task.model_dump(include={"volume"})["volume"] or {}
+    words += [f"{name} filled with {volume}" for name, volume in filled.items()]
     words += [] if task.gravity is None else [f"gravity {words_of_gravity(task.gravity)}"]
     return ", ".join(words)
