@@ -26,7 +26,7 @@ def test_from_the_whole_to_its_part(lines):
     with doing.doing("checking"), doing.doing("meshing"):
         stop_if_asked()
     stop_if_asked()
-    assert [line.partition(" (")[0] for line in lines] == ["checking, meshing", "goes on"]
+    assert [line.partition(" (")[0] for line in lines] == ["checking, meshing", "still working"]
 
 
 def test_nothing_is_said_soon_after_a_line(lines, monkeypatch):

@@ -63,4 +63,4 @@ def beat() -> None:
     if _now:
         _say(f"{words()} ({time.monotonic() - _now[-1][1]:.0f} s)")
     else:
-        _say("goes on")
+        _say("still working")
