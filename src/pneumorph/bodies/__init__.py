@@ -5,6 +5,7 @@ channels are at least 0.8 mm, so that they can be cast in silicone.
 """
 
 from pneumorph.bodies.bellows import bellows
+from pneumorph.bodies.cup import cup
 from pneumorph.bodies.dome import dome
 from pneumorph.bodies.fast_pneunet import fast_pneunet
 from pneumorph.bodies.half_round import half_round
@@ -12,4 +13,4 @@ from pneumorph.bodies.hand import hand
 from pneumorph.bodies.pneunet import pneunet
 from pneumorph.bodies.start import Start
 
-__all__ = ["Start", "bellows", "dome", "fast_pneunet", "half_round", "hand", "pneunet"]
+__all__ = ["Start", "bellows", "cup", "dome", "fast_pneunet", "half_round", "hand", "pneunet"]

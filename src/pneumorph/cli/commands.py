@@ -21,7 +21,7 @@ def new(
         typer.Option(
             metavar="KIND",
             help="Kind of robot: extension, bending, twist, finger, arm; or, with sizes and a CAD file, pneunet, "
-            "fast-pneunet, dome, bellows, hand, half-round (without).",
+            "fast-pneunet, dome, cup, bellows, hand, half-round (without).",
         ),
     ] = "extension",
     size: Annotated[

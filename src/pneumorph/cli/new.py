@@ -15,6 +15,7 @@ BODIES: dict[str, Callable[..., Start]] = {
     "pneunet": bodies.pneunet,
     "fast-pneunet": bodies.fast_pneunet,
     "dome": bodies.dome,
+    "cup": bodies.cup,
     "bellows": bodies.bellows,
     "hand": bodies.hand,
     "half-round": bodies.half_round,

@@ -24,6 +24,7 @@ from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, 
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mechanics.elements.plate import COMPONENTS, rotation
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane, Reinforcement
+from pneumorph.mechanics.elements.seal import SealPressure
 from pneumorph.mechanics.elements.terms import Connectivity, Loads
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.rubber import Rubber
@@ -114,8 +115,25 @@ def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | No
     softest = min(solid.shear_modulus for solid in own.values())
     reinforced = {spec.name: reinforcement_of(spec, softest, problem.mesh.size) for spec in reinforcements(problem)}
     return build_model(
-        mesh, rubber, plate=plate, mixed=mixed, weight=weight, contact=contact, reinforcements=reinforced
+        mesh,
+        rubber,
+        plate=plate,
+        mixed=mixed,
+        weight=weight,
+        contact=contact,
+        reinforcements=reinforced,
+        seals=seals_of(problem),
     )
+
+
+def seals_of(problem: Problem) -> dict[str, SealPressure]:
+    """The planes on which the rims of chambers lie, by the names of these chambers."""
+    found = {}
+    for chamber in problem.body.chamber:
+        for number, spec in enumerate(problem.obstacle):
+            if isinstance(spec, PlaneSpec) and spec.name == getattr(chamber, "seal", None):
+                found[chamber.name] = SealPressure(np.array(spec.point), np.array(spec.normal), np.array(number))
+    return found
 
 
 def reinforcement_of(spec: ReinforcementSpec, shear_modulus: float, size: float) -> Reinforcement:

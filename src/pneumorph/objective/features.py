@@ -14,6 +14,7 @@ from jax import Array
 from pneumorph.mechanics.assembly.displacement import Displacement, displacement
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tip import tip_centre
+from pneumorph.mechanics.assembly.volumes import volume_parts, volumes_of
 from pneumorph.mechanics.contact import pressing
 from pneumorph.mechanics.contact.obstacle import AREA, FORCE, NORMAL
 from pneumorph.mechanics.elements import sums
@@ -204,7 +205,7 @@ def element_sums(
         centre = tip_centre(model.tip, X, X)
         face = sums.summed(_face_moments, model.face, X, u, centre)
         below = _moments(model, X, u, equidistant(SECTIONS_TO_TIP, float(centre[2])))
-    volume = sums.summed(sums.volumes, model.cavities, X, u) + sums.summed(sums.cap_volumes, model.caps, X, u)
+    volume = volumes_of(model, X, u, shift)
     poses = _poses(model, state, shift)
     touching = pressing.pressed(model.contact, X + u, poses)
     return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below, touching, poses)
@@ -238,9 +239,7 @@ def sums_pulled_back(
     u = nodes.u
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
-    parts = [(sums.volumes, model.cavities, cotangents.volume, ())]
-    if model.caps.count:
-        parts.append((sums.cap_volumes, model.caps, cotangents.volume, ()))
+    parts = [(measure, part, cotangents.volume, given) for measure, part, given in volume_parts(model, shift)]
     for number, elements in enumerate(_tets_of_slabs(model, X, slabs)):
         parts.append((_slab_moments, elements, cotangents.sections[:, [number]], (slabs.middle[[number]], slabs.half)))
     if not model.plate:

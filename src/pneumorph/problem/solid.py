@@ -98,7 +98,8 @@ def _plane(key: str, text: str) -> tuple[int, float]:
 class VoidSpec(Table):
     """A chamber of a body from a file: a closed void in it, or one that opens through a port.
 
-    A port stays open; a cap without mass or stiffness over its rim counts in volume and pressure alone.
+    A port stays open; a cap without mass or stiffness over its rim counts in volume and pressure alone. With `seal` an
+    obstacle closes it: there is no cap, and what would act on it acts on the obstacle.
     """
 
     name: Annotated[Name, Example('e.g. name = "A"')]
@@ -109,9 +110,15 @@ class VoidSpec(Table):
     """The plane in which the rim of its opening lies, e.g. "z = 0 mm"; by default the void is closed."""
     gas: Gas | None = None
     """Gas that the chamber is sealed with; without it tasks give its pressure or its volume."""
+    seal: Name | None = None
+    """Name of the obstacle, a plane, on which the rim lies and which closes the port, as for a suction cup."""
 
     @model_validator(mode="after")
     def _port_is_a_plane(self) -> VoidSpec:
+        if self.seal is not None and self.port is None:
+            raise InvalidKey("seal", "is for a chamber that opens through a port; give port too")
+        if self.seal is not None and self.gas is not None:
+            raise InvalidKey("seal", "is for a chamber whose pressure tasks give; leave gas out")
         if self.port is not None:
             _plane("port", self.port)
         return self

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +19,7 @@ from pneumorph.mechanics.elements.energy import Term
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.loading import CapPressure, ChamberPressure, Plate, Weight
 from pneumorph.mechanics.elements.reinforcement import Reinforcement, connect_covered
+from pneumorph.mechanics.elements.seal import SealPressure
 from pneumorph.mechanics.elements.solid import Solid
 from pneumorph.mechanics.elements.terms import Connectivity, connect
 from pneumorph.mechanics.material.rubber import Rubber
@@ -52,6 +53,8 @@ class Model:
     tets, cavities, caps, face : Connectivity
         All tetrahedra; the chambers' triangles, and caps on their ports, whose data are their shares (C,) in the
         chambers' volumes; and the triangles of the tip.
+    seals : tuple of Term
+        Of chambers whose rims lie on planes, among `terms`.
     part : Part
         The part of the whole body that is meshed; elsewhere, states are images of this one's.
     supports : (nodes, 3) bool
@@ -83,6 +86,7 @@ class Model:
     tets: Connectivity
     cavities: Connectivity
     caps: Connectivity
+    seals: tuple[Term, ...]
     face: Connectivity
     part: Part
     supports: np.ndarray
@@ -185,6 +189,7 @@ def build_model(
     weight: bool = True,
     contact: Contact | None = None,
     reinforcements: Mapping[str, Reinforcement] | None = None,
+    seals: Mapping[str, SealPressure] | None = None,
 ) -> Model:
     """Build the model of a mesh.
 
@@ -207,6 +212,8 @@ def build_model(
         What the surface may touch.
     reinforcements : dict of Reinforcement, optional
         What lies under the covers of the mesh, by their names.
+    seals : dict of SealPressure, optional
+        The planes on which the rims of chambers lie, by the names of these, which then have no caps.
 
     Raises
     ------
@@ -240,7 +247,9 @@ def build_model(
     number = np.where(own, np.cumsum(own) - 1, -1)
     number[tied.nodes] = number[tied.sources]
     chambers = tuple(chamber for face in mesh.faces for chamber in chambers_of(face))
-    tets, cavities, caps = connect(mesh.tets), _cavities(mesh), _caps(mesh, chambers)
+    sealed = dict(seals or {})
+    rims = [(connect(mesh.caps[name][:, 1:], data=_shares(mesh, chambers, [name])), sealed[name]) for name in sealed]
+    tets, cavities, caps = connect(mesh.tets), _cavities(mesh), _caps(mesh, chambers, sealed)
     terms = []
     for row, (name, solid) in enumerate(rubbers.items()):
         tets_of = mesh.tets[regions[name]]
@@ -254,6 +263,8 @@ def build_model(
         terms.append(Term(cavities, ChamberPressure()))
     if caps.count:
         terms.append(Term(caps, CapPressure()))
+    on_planes = tuple(Term(rim, energy) for rim, energy in rims)
+    terms += on_planes
     if plate:
         terms.append(Term(connect(np.zeros((1, 0), int), plate=True), Plate()))
     if contact is not None:
@@ -275,6 +286,7 @@ def build_model(
         tets=tets,
         cavities=cavities,
         caps=caps,
+        seals=on_planes,
         face=connect(tip.triangles),
         part=mesh.part,
         supports=supports,
@@ -395,11 +407,17 @@ def _cavities(mesh: TetMesh) -> Connectivity:
     return connect(chamber, data=np.asarray(block_diag(*shares)).T if shares else np.zeros((0, 0)))
 
 
-def _caps(mesh: TetMesh, chambers: tuple[str, ...]) -> Connectivity:
-    """The parts of the caps on ports, with their shares in the chambers' volumes."""
-    nodes = np.concatenate([np.zeros((0, 4), int), *mesh.caps.values()])
-    owner = np.repeat([chambers.index(name) for name in mesh.caps], [len(each) for each in mesh.caps.values()])
-    return connect(nodes, data=-np.eye(len(chambers))[owner.astype(int)])
+def _caps(mesh: TetMesh, chambers: tuple[str, ...], sealed: Container[str]) -> Connectivity:
+    """The parts of the caps on ports, but for sealed ones, with their shares in the chambers' volumes."""
+    names = [name for name in mesh.caps if name not in sealed]
+    nodes = np.concatenate([np.zeros((0, 4), int), *(mesh.caps[name] for name in names)])
+    return connect(nodes, data=_shares(mesh, chambers, names))
+
+
+def _shares(mesh: TetMesh, chambers: tuple[str, ...], names: Sequence[str]) -> np.ndarray:
+    """Shares (c, C) of the parts of the caps of chambers in the volumes of all."""
+    owner = np.repeat([chambers.index(name) for name in names], [len(mesh.caps[name]) for name in names])
+    return -np.eye(len(chambers))[owner.astype(int)]
 
 
 def near_tip(groups: Iterable[Group], number: np.ndarray) -> tuple[Group, ...]:

@@ -22,10 +22,9 @@ from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import tip_centre
+from pneumorph.mechanics.assembly.volumes import volumes_of
 from pneumorph.mechanics.contact.pose import pose_of
 from pneumorph.mechanics.elements.kinematics import Guess, State, volume_ratio
-from pneumorph.mechanics.elements.sums import cap_volumes, summed
-from pneumorph.mechanics.elements.sums import volumes as chamber_volumes
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.balance import (
     applied_force,
@@ -467,8 +466,7 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
     u = displacement(model.tip, at.X, state)
     _, forces = evaluate(at, state)
     plate = state.plate if model.plate else np.r_[tip_centre(model.tip, at.X, u), np.zeros(3)]
-    walls, caps = summed(chamber_volumes, model.cavities, at.X, u), summed(cap_volumes, model.caps, at.X, u)
-    volumes = model.copies * (walls + caps)
+    volumes = model.copies * volumes_of(model, at.X, u, at.loads.shift)
     return Equilibrium(
         state=state,
         u=u,

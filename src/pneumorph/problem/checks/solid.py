@@ -10,6 +10,7 @@ from pneumorph.cad.parts import faces_where
 from pneumorph.cad.shells import asymmetry, place
 from pneumorph.cad.solids import solids_at
 from pneumorph.errors import MeshError
+from pneumorph.problem.contact import PlaneSpec
 from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.models import Limits
 from pneumorph.problem.objectives import Maximize, TargetMotion
@@ -45,6 +46,7 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
         if getattr(problem, key):
             yield f"{key}[0]", "is for tubes; a body from a file has no sheets and fibres"
     yield from _regions(problem, body)
+    yield from _seals(problem, body)
     faces = body.outline
     size = problem.mesh.size
     if not SMALLEST <= faces.diagonal <= LARGEST:
@@ -75,6 +77,17 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
                 "measures from the centre of the base along z; move the body in CAD so that its base is centred at the "
                 "origin and its tip on the z axis",
             )
+
+
+def _seals(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:
+    planes = [each.name for each in problem.obstacle if isinstance(each, PlaneSpec)]
+    for number, chamber in enumerate(body.chamber):
+        if chamber.seal is not None and chamber.seal not in planes:
+            known = f"the planes are {', '.join(planes)}" if planes else 'add a table [[obstacle]] of kind = "plane"'
+            yield f"body.chamber[{number}].seal", f'there is no plane "{chamber.seal}"; {known}'
+        given = [index for index, task in enumerate(problem.task) if chamber.name in (task.volume or {})]
+        if chamber.seal is not None and given:
+            yield f"task[{given[0]}].volume.{chamber.name}", "is closed by an obstacle; give its pressure instead"
 
 
 def _regions(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:
