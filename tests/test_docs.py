@@ -37,7 +37,8 @@ def file_reference() -> str:
 def tables(of: type[Table] = Table) -> list[type[Table]]:
     """All tables of a problem file that are not only the base of others."""
     below = of.__subclasses__()
-    here = [] if of is Table or below or not of.__module__.startswith("pneumorph.problem") else [of]
+    only_base = bool(below) and of.__name__ not in json.loads(json_schema())["$defs"]
+    here = [] if of is Table or only_base or not of.__module__.startswith("pneumorph.problem") else [of]
     return here + [table for one in below for table in tables(one)]
 
 
