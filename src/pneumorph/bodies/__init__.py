@@ -2,6 +2,10 @@
 
 Sizes are lengths with units, as text or as pint quantities; those that are left out have a default. Walls, gaps and
 channels are at least 0.8 mm, so that they can be cast in silicone.
+
+>>> import pneumorph as pm
+>>> str(pm.bodies.dome(radius="15 mm").write("lift"))
+'lift.toml'
 """
 
 from pneumorph.bodies.bellows import bellows
