@@ -383,6 +383,8 @@ def test_files_that_are_no_problem_files(tmp_path):
     assert "not TOML" in answer("yaml.toml", b"title: A\nbody:\n  - 1\n")
     assert "not TOML" in answer("deep.toml", b"a = " + b"[" * 100_000)
     assert "is a directory" in answer(".", None)
+    assert 'file = "finger.STEP" under [body]' in answer("finger.STEP", b"ISO-10303-21;\n")
+    assert "no such file" in answer("missing.step", None)
 
 
 @given(

@@ -19,6 +19,12 @@ from pneumorph.processes import temporary_folder
 
 Format = Literal["step", "brep", "stl", "obj", "3mf"]
 
+FORMATS: dict[str, Format] = {
+    **{".step": "step", ".stp": "step", ".brep": "brep", ".brp": "brep"},
+    **{".stl": "stl", ".obj": "obj", ".3mf": "3mf"},
+}
+"""By suffixes."""
+
 MOST_FACES = 5_000
 """Faces of a solid: thousands come from triangles or threads, which no elements can resolve."""
 

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from pneumorph.cad.read import FORMATS
 from pneumorph.errors import ProblemError, clipped
 
 MOST_BYTES = 2_000_000
@@ -75,6 +76,11 @@ def read_toml(path: Path, where: str, example: str) -> dict[str, Any]:
     ProblemError
         One line: the file, what is wrong, and how to fix it.
     """
+    if path.suffix.lower() in FORMATS and path.is_file():
+        raise ProblemError(
+            f'{where}: is a CAD file; give {example} with file = "{path.name}" under [body], for which `pneumorph new '
+            "NAME --kind dome` writes one to start from; see docs/how_to/cad.md"
+        )
     try:
         # Some editors begin UTF-8 with a byte order mark.
         text = read_bytes(path).decode("utf-8-sig")

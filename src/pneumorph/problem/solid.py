@@ -20,7 +20,7 @@ from pneumorph import units
 from pneumorph.cad.faces import Faces
 from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Parts, Where, parts_of, point_inside
 from pneumorph.cad.parts import Place as PlaceOf
-from pneumorph.cad.read import Format, read_faces
+from pneumorph.cad.read import FORMATS, Format, read_faces
 from pneumorph.cad.shells import shells_of
 from pneumorph.errors import ComputationError, MeshError, ProblemError, short
 from pneumorph.problem.body import BodySpec, Ripple, Symmetry
@@ -37,12 +37,6 @@ MOST_BYTES = 30_000_000
 
 MOST_TEXT = 1_800_000
 """Characters that it may take, compressed, in a problem file."""
-
-FORMATS: dict[str, Format] = {
-    **{".step": "step", ".stp": "step", ".brep": "brep", ".brp": "brep"},
-    **{".stl": "stl", ".obj": "obj", ".3mf": "3mf"},
-}
-"""By suffixes."""
 
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 """mm in a unit."""
