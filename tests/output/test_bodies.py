@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +26,8 @@ from pneumorph.output.sheet import sheet_figure
 from pneumorph.output.shell import shell_of
 from pneumorph.output.view import Job, Panel, Shape, Shell, View
 from pneumorph.problem import loads
+from pneumorph.problem.file import read
+from pneumorph.problem.starts import text_of
 from pneumorph.results import Fields
 
 
@@ -84,6 +87,31 @@ def test_all_tasks_together_and_planes_by_name(problem):
     assert str(asked_view(problem, "xz", 3.0)) == "cut xz at y = 3 mm"
     assert str(asked_view(problem, "yz", 3.0)) == "cut yz at x = 3 mm"
     assert str(asked_view(problem, "none")) == "not cut"
+
+
+@pytest.mark.parametrize(
+    ("copies", "motions", "cut"),
+    [
+        (3, ["extension"], "cut yz at x = -3 mm"),
+        (3, ["bending_x", "bending_y"], "cut yz at x = -3 mm"),
+        (3, ["bending_y"], "cut xz"),
+        (4, ["extension"], "cut xz"),
+        (6, ["bending_y"], "cut xz"),
+    ],
+)
+def test_a_body_of_several_chambers_is_cut_through_as_many_as_can_be(copies, motions, cut):
+    text = text_of("arm").split("[[task]]")[0].replace("copies = 3", f"copies = {copies}")
+    text = text.replace("rotation = 3", f"rotation = {copies}").replace('"-6 mm"', '"6 mm"')
+    pressures = ", ".join(f'A{number + 1} = "9 kPa"' for number in range(copies))
+    for motion in motions:
+        text += f'[[task]]\nname = "{motion}"\npressure = {{ {pressures} }}\n'
+        text += f'objective = {{ kind = "maximize", motion = "{motion}" }}\n'
+    assert str(view_of(loads(text + '[mesh]\nsize = "3 mm"\n'))) == cut
+
+
+@pytest.mark.parametrize(("example", "cut"), [("hand", "cut xz"), ("gripper", "cut yz")])
+def test_fingers_are_cut_in_their_mirror_plane(example, cut):
+    assert str(view_of(read(Path(__file__).parents[2] / "examples" / f"{example}.toml"))) == cut
 
 
 @pytest.mark.parametrize(("cut", "axis", "sense"), [("yz", 0, -1), ("xz", 1, 1), ("xy", 2, -1)])

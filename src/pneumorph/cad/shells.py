@@ -182,3 +182,20 @@ def _check_edges(faces: Faces) -> None:
     if total.any():
         where = place(faces.points[np.flatnonzero(total)[0]])
         raise MeshError(f"has faces that are not turned alike, at {where}; make its normals consistent in CAD")
+
+
+def section_area(corners: np.ndarray, normal: np.ndarray, place: float) -> float:
+    """The area in mm² that triangles (t, 3, 3) around a solid or a void enclose in the plane at a place on its normal.
+
+    Of every crossed triangle the plane holds a segment, from where its edges rise through the plane to where they fall.
+    """
+    ahead = np.roll(corners, -1, axis=1)
+    side, next_side = corners @ normal - place, ahead @ normal - place
+    ends = []
+    for crossed in ((side < 0.0) & (next_side >= 0.0), (side >= 0.0) & (next_side < 0.0)):
+        part = side[crossed] / (side[crossed] - next_side[crossed])
+        ends.append(corners[crossed] + part[:, None] * (ahead[crossed] - corners[crossed]))
+    if not len(ends[0]):
+        return 0.0
+    rising, falling = ends - ends[0].mean(axis=0)
+    return float(abs((np.cross(rising, falling) @ normal).sum())) / 2.0

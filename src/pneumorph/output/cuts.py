@@ -21,12 +21,21 @@ NEAR = np.radians(2.0)
 
 
 def view_of(problem: Problem) -> View:
-    """The view of all tasks together: of the plane, xz or yz, in which they bend most, cut open at a chamber."""
+    """The view of all tasks together, cut open at chambers: of the plane, xz or yz, in which they bend most.
+
+    If they bend as much in both or in none, it is a mirror plane of the body that passes through a chamber, or else the
+    one of them that opens more of the chambers.
+    """
     about = np.zeros(2)
     for task in problem.task:
         axis = task.objective.bends(problem.body.length)
         about += 0.0 if axis is None or not axis.any() else np.abs(axis) / np.abs(axis).sum()
-    return _through_chambers(problem, np.array(NORMALS["yz" if about[0] > about[1] else "xz"]))
+    if abs(about[0] - about[1]) > 1e-9:
+        return _through_chambers(problem, np.array(NORMALS["yz" if about[0] > about[1] else "xz"]))
+    normals = {plane: np.array(NORMALS[plane]) for plane in ("xz", "yz")}
+    mirrors = [normals[plane] for plane in normals if plane in problem.body.symmetry.mirror]
+    mirrors = [normal for normal in mirrors if problem.body.opened(normal, 0.0) > 0.0]
+    return _through_chambers(problem, *(mirrors or normals.values()))
 
 
 def task_view(problem: Problem, task: Task, result: TaskResult) -> View:
@@ -67,10 +76,19 @@ def _normal(axis: np.ndarray) -> np.ndarray:
     return sign * np.array([x, y, 0.0])
 
 
-def _through_chambers(problem: Problem, normal: np.ndarray) -> View:
-    """The cut through the axis if that passes through a chamber, otherwise through the nearest chamber in front."""
-    extents = problem.body.across(normal)
-    if any(low < 0.0 < high for low, high in extents):
-        return View(normal)
-    middles = [(low + high) / 2.0 for low, high in extents]
-    return View(normal, min(middles, key=lambda middle: (round(abs(middle), 6), middle)))
+def _through_chambers(problem: Problem, *normals: np.ndarray) -> View:
+    """The cut across one of the normals that opens most of the chambers; of equal ones that nearest to the axis."""
+
+    def order(cut: View) -> tuple[float, float, float]:
+        place = cut.offset or 0.0
+        # To three digits: a little more is not worth a plane off the axis.
+        return -float(f"{problem.body.opened(cut.normal, place):.3g}"), abs(place), place
+
+    return min((View(normal, place) for normal in normals for place in _places(problem, normal)), key=order)
+
+
+def _places(problem: Problem, normal: np.ndarray) -> list[float]:
+    """Where cuts across a normal may be: at the axis, in the middle of a chamber, and where two chambers overlap."""
+    sides = problem.body.across(normal)
+    shared = [(max(one[0], other[0]), min(one[1], other[1])) for one in sides for other in sides]
+    return [0.0, *sorted({round((low + high) / 2.0, 6) for low, high in shared if low < high})]

@@ -209,6 +209,14 @@ class BodySpec(_Tube):
         middles = [float(np.dot([*chamber.center, 0.0], normal)) for chamber in self.chamber]
         return [(at - each.radius, at + each.radius) for at, each in zip(middles, self.chamber, strict=True)]
 
+    def opened(self, normal: np.ndarray, place: float) -> float:
+        """The area in mm² of the chambers, as circles, in a plane along the axis at a place on its normal (3,)."""
+        chords = [
+            math.sqrt(max(0.0, (place - low) * (high - place))) * (each.span[1] - each.span[0])
+            for (low, high), each in zip(self.across(normal), self.chamber, strict=True)
+        ]
+        return 2.0 * sum(chords)
+
     def ripple_of(self, chamber: ChamberSpec) -> Ripple | None:
         """The ripple a chamber starts with: its own or, if it has none, the body's."""
         return chamber.ripple or self.ripple

@@ -21,7 +21,7 @@ from pneumorph.cad.faces import Faces
 from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Parts, Where, parts_of, point_inside
 from pneumorph.cad.parts import Place as PlaceOf
 from pneumorph.cad.read import FORMATS, Format, read_faces
-from pneumorph.cad.shells import shells_of
+from pneumorph.cad.shells import section_area, shells_of
 from pneumorph.errors import ComputationError, MeshError, ProblemError, short
 from pneumorph.problem.body import BodySpec, Ripple, Symmetry
 from pneumorph.problem.directions import Number
@@ -254,6 +254,14 @@ class SolidSpec(Table):
         along = faces.points @ normal
         own = [along[faces.triangles[found.triangles]] for found in self.parts.chambers.values()]
         return [(float(each.min()), float(each.max())) for each in own]
+
+    def opened(self, normal: np.ndarray, place: float) -> float:
+        """The area in mm² of the chambers in a plane at a place on its normal (3,)."""
+        faces = self.outline
+        return sum(
+            section_area(faces.points[faces.triangles[found.triangles, :3]], normal, place)
+            for found in self.parts.chambers.values()
+        )
 
     @property
     def radius(self) -> float:
