@@ -281,7 +281,7 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
     guesses = {}
     for name, at in analysis.configurations.items():
         # Those that are unknown are found from the predicted state.
-        own = pressures[name] | analysis.equilibria[name].enclosed
+        own = {**pressures[name], **analysis.equilibria[name].enclosed}
         pressure = np.array([own[chamber] for chamber in disc.model.chambers])
         loads = at.loads._replace(pressure=pressure, reinforcement=reinforcement)
         guesses[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)

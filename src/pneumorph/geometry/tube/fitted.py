@@ -49,7 +49,7 @@ def fitted(outline: Outline, basis: Basis) -> Array:
             gradient = away @ (points - nearest) + pull * change.T @ excess
             step = np.linalg.solve(away + pull * change.T @ change, gradient)
             shares = (part for part in 0.5 ** np.arange(HALVINGS) if cost(points - part * step) < cost(points))
-            points = points - next(shares, 0.0) * step
+            points = np.array(points - next(shares, 0.0) * step, float)
     return points.reshape(2, -1).T
 
 
