@@ -56,7 +56,7 @@ def test_rows_fit_the_screen(width, verbose):
     assert {len(text) for text in shown} == {width_of(columns)} and width_of(columns) <= width
     titles = [column.title for column in columns]
     assert titles[:2] == ["it", "extend"]
-    assert ("wall" in titles) == (width >= 80) and ("most used limit" in titles) == (width < 80)
+    assert ("wall mm" in titles) == (width >= 80) and ("most used limit" in titles) == (width < 80)
     assert ("equiv." in titles) == (verbose and width == 140)
 
 
@@ -66,16 +66,28 @@ def test_rows_beyond_a_limit_are_marked_without_colour():
     assert "!" not in kept
     assert broken.startswith("!") and "1.85!" in broken and "0.310!" in broken and broken.count("!") == 3
     narrow = columns_of(PROBLEM, 40, False)
-    assert "wall 1.85!" in row(PROBLEM, narrow, entry(7, limits=BROKEN)).plain
+    assert "wall 1.85 mm!" in row(PROBLEM, narrow, entry(7, limits=BROKEN)).plain
     assert "–!" in row(PROBLEM, columns, entry(7, limits=KEPT | {"skew": None})).plain
+
+
+def test_motions_that_are_limited_have_their_units():
+    limits = '[limits]\nmotion = { tilt = "1 deg", shift_x = "1 mm" }\nsensitivity = "1 mm/kPa"\n'
+    problem = loads(tiny().replace("[mesh]", f"{limits}[mesh]"))
+    values = KEPT | {"tilt_deg": 1.402, "shift_x_mm": 0.5, "sensitivity_of_length": 0.1}
+    titles = [column.title for column in columns_of(problem, 200, False)]
+    assert {"tilt °", "shift_x mm", "sensitivity mm/kPa"} <= set(titles)
+    narrow = columns_of(problem, 45, False)
+    shown = row(problem, narrow, entry(7, limits=values)).plain
+    assert shown.endswith("tilt 1.402°!") and len(shown) == width_of(narrow)
 
 
 def test_a_limit_has_the_same_word_everywhere():
     limits = PROBLEM.limits.model_copy(update={"scaling": Scaling()})
-    titles = [column.title for column in columns_of(PROBLEM.model_copy(update={"limits": limits}), 200, False)]
-    for limit, _, _ in in_history(limits):
+    problem = PROBLEM.model_copy(update={"limits": limits})
+    titles = [column.title for column in columns_of(problem, 200, False)]
+    for limit, _, _ in in_history(problem):
         reading = LimitReading(limit.name, 1.0, 1.0, "A", 0.0, 0.0, 1.0)
-        assert limit.word in titles
+        assert {limit.word, f"{limit.word} {limit.unit}"} & set(titles)
         assert str(reading).startswith(f"{limit.word} is ")
         assert limit.word in printed(limits_table((reading,)))
 

@@ -47,7 +47,8 @@ def columns_of(problem: Problem, width: int, verbose: bool) -> list[Column]:
             Column("fact.", 5, lambda entry: Text(str(entry.factorisations))),
             Column("equiv.", 7, lambda entry: _or_none(entry.equivalents, ".1f")),
         ]
-    most_used = [Column("most used limit", 17, lambda entry: _most_used(problem, entry))]
+    widest = max((len(limit.word) + len(limit.suffix) + 8 for limit, _, _ in in_history(problem)), default=0)
+    most_used = [Column("most used limit", max(17, widest), lambda entry: _most_used(problem, entry))]
     for shown in (limits, most_used):
         for count in range(len(rest), -1, -1):
             found = [*always, *shown, *rest[:count]]
@@ -87,8 +88,9 @@ def _motion(task: Task) -> Column:
 
 
 def _limit(limit: Limit, key: str, bound: float) -> Column:
-    word = limit.word
-    return Column(word, max(7, len(word)), lambda entry: _shown(limit, entry.limits.get(key), bound))
+    # The units of curvature and stretch have no room beside their words.
+    title = limit.word if limit.unit == "/mm²" else f"{limit.word} {limit.unit}".rstrip()
+    return Column(title, max(7, len(title)), lambda entry: _shown(limit, entry.limits.get(key), bound))
 
 
 def _values(problem: Problem, entry: HistoryEntry) -> list[tuple[Limit, float | None, float]]:
@@ -100,9 +102,9 @@ def _is_beyond(limit: Limit, value: float | None, bound: float) -> bool:
     return value is None or not limit.satisfied(value, bound)
 
 
-def _shown(limit: Limit, value: float | None, bound: float) -> Text:
+def _shown(limit: Limit, value: float | None, bound: float, unit: str = "") -> Text:
     """A limit's worst value: red and marked beyond its bound."""
-    number = "–" if value is None else f"{value:.2f}" if limit.unit == "mm" else f"{value:.3f}"
+    number = "–" if value is None else (f"{value:.2f}" if limit.unit == "mm" else f"{value:.3f}") + unit
     if _is_beyond(limit, value, bound):
         return Text(number + MARK, style="red")
     assert value is not None
@@ -115,7 +117,7 @@ def _most_used(problem: Problem, entry: HistoryEntry) -> Text:
         return float("inf") if value is None else limit.used(value, bound)
 
     limit, value, bound = max(_values(problem, entry), key=used)
-    shown = _shown(limit, value, bound)
+    shown = _shown(limit, value, bound, limit.suffix)
     return Text(f"{limit.word} {shown.plain}", style=shown.style)
 
 
