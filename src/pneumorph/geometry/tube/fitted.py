@@ -35,7 +35,7 @@ def fitted(outline: Outline, basis: Basis) -> Array:
     """
     share = np.arange(FITTED * basis.count) / (FITTED * basis.count)
     values, first, second = (basis.matrix(share, order) for order in range(3))
-    nearest = np.linalg.lstsq(values, outline.at(share), rcond=None)[0].T.ravel()
+    nearest = np.array(np.linalg.lstsq(values, outline.at(share), rcond=None)[0].T.ravel(), float)
     away = np.kron(np.eye(2), values.T @ values / len(share))
     most, points = ALLOWED * outline.curvature, nearest
     for pull in WEIGHTS * outline.length / len(share):
