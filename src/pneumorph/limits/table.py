@@ -49,5 +49,5 @@ def in_history(problem: Problem) -> list[tuple[Limit, str, float]]:
     kinds = TUBE_KINDS if problem.limits.scaling is None else LATTICE_KINDS
     of_shape = [(limit, limit.read(problem.limits)) for kind in kinds for limit in kind.limits]
     of_states = [(limit, bound) for each in OF_STATES for limit, bound, _ in of_tasks(each, problem)]
-    found = [(limit, limit.key, bound) for limit, bound in (*of_shape, *of_states)]
-    return [(limit, key, bound) for limit, key, bound in found if key is not None and bound is not None]
+    known = [(limit, limit.key, bound) for limit, bound in (*of_shape, *of_states)]
+    return [(limit, key, bound) for limit, key, bound in known if key is not None and bound is not None]
