@@ -8,6 +8,7 @@ import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 
+from pneumorph import doing
 from pneumorph.cli.trust import asking
 from pneumorph.interface.runs import open_run
 from pneumorph.serve.server import Server
@@ -38,6 +39,7 @@ def view(runs: Sequence[Path], port: int, browser: bool, trust: bool) -> None:
     print(f"{', '.join(map(str, runs))} at {server.address} (Ctrl-C ends it)", flush=True)
     if browser and not (_has_windows() and webbrowser.open(server.address)):
         print("no browser could be opened here; open the address in one on this machine", flush=True)
+    doing.announce(None)  # it waits for requests
     server.serve_until_interrupted()
 
 
