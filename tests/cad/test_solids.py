@@ -266,6 +266,7 @@ def test_commands_show_and_export_it(folder, tmp_path, capsys):
     said = capsys.readouterr().out
     assert "wall      at least 2 mm" in said
     assert "chamber   B: 1260 mm³" in said
+    assert "deviate by at most 0 mm" in said
     export(path, tmp_path / "two.inp")
     assert (tmp_path / "two.inp").stat().st_size > 10_000
     draw(path, cut="xz", out=tmp_path / "two.png")

@@ -7,11 +7,12 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 from solids import box, cylinder, problem, written
 
+from pneumorph.geometry.lattice import deviation_of
 from pneumorph.geometry.lattice.pieces import displaced, patches_of
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.limits.lattice.scaling import scalings
 from pneumorph.limits.lattice.triangles import distances
-from pneumorph.limits.of_shape import limits_of
+from pneumorph.limits.of_shape import lattice_limits, limits_of
 from pneumorph.limits.table import ROWS
 from pneumorph.optimize.smoothing import build_smoothing
 from pneumorph.problem import loads
@@ -136,6 +137,18 @@ def test_a_slot_is_a_fold_and_flat_faces_are_none(folder):
     assert set(places.surface_a) == {0}
     wider = loads(text.replace("1.6 mm", "1.3 mm"), folder=folder)
     assert limits_of(wider, body).certify(body).satisfied()
+
+
+def test_distances_are_certified_without_the_deviation_of_the_triangles(block):
+    asked, _, limits = block
+    body = body_of(asked)
+    assert limits.margin == 4.0 * deviation_of(asked) > 1e-4
+    exact, far = (lattice_limits(body, asked.limits, asked.body.length, by).certify(body) for by in (0.0, 0.15))
+    for name in ("wall", "fold"):
+        assert far[name].bound == exact[name].bound
+        assert far[name].attained == pytest.approx(exact[name].attained - 0.6, abs=0.01)
+    assert exact["wall"].satisfied()
+    assert not far["wall"].satisfied()
 
 
 def test_rows_are_derivatives(block):

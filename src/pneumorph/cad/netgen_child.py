@@ -87,11 +87,7 @@ def solids(
         raise Unsuitable(f"has {found}; save a solid")
     if len(shape.faces) > most:
         raise Unsuitable(f"has {len(shape.faces)} faces, more than {most}; simplify it in CAD")
-    if len(shape.solids) > 1:
-        # Faces where they meet become common to both.
-        shape = _occ().Glue(list(shape.solids))
-    if scale != 1.0:
-        shape = shape.Scale(_occ().Pnt(0, 0, 0), scale)
+    shape = _whole(shape, scale)
     lower, upper = np.array([list(corner) for corner in shape.bounding_box])
     size = size or float(np.linalg.norm(upper - lower)) / _COARSE
     with _limited():
@@ -112,6 +108,25 @@ def solids(
     # Netgen's fourth to sixth node are opposite to the corners.
     triangles = elements["nodes"][:, [0, 1, 2, 5, 3, 4]].astype(np.int64) - 1
     return np.array(mesh.Coordinates()), triangles, face, names, domains[face]
+
+
+def distances(path: str, key: str, scale: float, places: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (n,) in mm of places (n, 3) from faces (n,), as `solids` numbers them, and these.
+
+    Parameters
+    ----------
+    path, key, scale
+        See `solids`.
+    places : (n, 3) array
+        mm.
+    face : (n,) int
+        The face of each.
+    """
+    occ, found = _occ(), np.empty(len(places))
+    faces = occ.OCCGeometry(_whole(_shape(path, key), scale)).faces
+    for number, (place, own) in enumerate(zip(places.tolist(), face.tolist(), strict=True)):
+        found[number] = occ.Vertex(occ.Pnt(*place)).Distance(faces[own])
+    return found, face
 
 
 def triangles(path: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -187,6 +202,13 @@ def _shape(path: str, key: str) -> Any:
     return _shapes[key]
 
 
+def _whole(shape: Any, scale: float) -> Any:
+    """All solids of a shape in mm; faces where they meet become common to both."""
+    if len(shape.solids) > 1:
+        shape = _occ().Glue(list(shape.solids))
+    return shape if scale == 1.0 else shape.Scale(_occ().Pnt(0, 0, 0), scale)
+
+
 @contextlib.contextmanager
 def _limited() -> Iterator[None]:
     """Bound the memory that is taken in addition, where the system can do that."""
@@ -246,7 +268,7 @@ def main() -> None:
     answers, nowhere = os.fdopen(os.dup(1), "wb"), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     calls, waiting = (
-        {"fill": fill, "optimise": optimise, "solids": solids, "triangles": triangles, "compose": compose},
+        {each.__name__: each for each in (fill, optimise, solids, distances, triangles, compose)},
         SimpleQueue[tuple[str, Any]](),
     )
     threading.Thread(target=_read, args=(waiting,), daemon=True).start()

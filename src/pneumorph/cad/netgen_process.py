@@ -29,6 +29,7 @@ _FAILED = {
     "optimise": "the tetrahedra between the surfaces could not be improved",
     "compose": "the body cannot be made of its parts; change its sizes",
     "triangles": "has triangles that cannot be remeshed; repair them in a mesh program",
+    "distances": "has faces from which distances cannot be measured; repair them in CAD",
     "solids": "has faces that cannot be meshed; repair them in CAD",
 }
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from hashlib import blake2b
 from typing import Literal
@@ -61,12 +63,18 @@ def _read(data: bytes, form: Format, scale: float, size: float) -> Faces:
     # Reading tens of thousands of faces takes minutes, so they are counted first.
     if form == "step" and (count := data.count(b"ADVANCED_FACE(")) > MOST_FACES:
         raise MeshError(f"has {count} faces, more than {MOST_FACES}; simplify it in CAD")
-    key = blake2b(data, digest_size=16).hexdigest()
+    with in_file(data, form) as (path, key):
+        points, triangles, face, names, sides = call("solids", path, key, scale, size, MOST_FACES, seconds=SECONDS)
+    return compact(points, triangles, face, tuple(names), sides)
+
+
+@contextmanager
+def in_file(data: bytes, form: Format) -> Iterator[tuple[str, str]]:
+    """The path of a file with these bytes for a while, and a key that no file of another content has."""
     with temporary_folder() as folder:
         path = folder / f"body.{form}"
         path.write_bytes(data)
-        points, triangles, face, names, sides = call("solids", str(path), key, scale, size, MOST_FACES, seconds=SECONDS)
-    return compact(points, triangles, face, tuple(names), sides)
+        yield str(path), blake2b(data, digest_size=16).hexdigest()
 
 
 def _of_triangles(data: bytes, form: Format, scale: float, size: float) -> Faces:

@@ -68,10 +68,10 @@ def remeshed(surface: Surface, size: float, seconds: float) -> tuple[np.ndarray,
         path.write_bytes(bytes(80) + np.array([len(triangles)], "<u4").tobytes() + records.tobytes())
         found, new, part = call("triangles", str(path), size, seconds=seconds)
     nodes, six = with_middles(found, new)
-    return _on(surface, nodes), six, part
+    return nearest_on(surface, nodes), six, part
 
 
-def _on(surface: Surface, nodes: np.ndarray) -> np.ndarray:
+def nearest_on(surface: Surface, nodes: np.ndarray) -> np.ndarray:
     """The places on a surface that are nearest to nodes (n, 3)."""
     # Imported where they are used, which takes a while.
     import pyvista

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.lattice import LatticeSurface
+from pneumorph.geometry.lattice import LatticeSurface, deviation_of
 from pneumorph.geometry.lattice.pieces import patches_of
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places, Points
+from pneumorph.limits.kinds.fold import FOLD
 from pneumorph.limits.kinds.kind import Kind
+from pneumorph.limits.kinds.wall import WALL
 from pneumorph.limits.lattice.enclosed import EnclosedLattices
 from pneumorph.limits.lattice.neighbours import linked
 from pneumorph.limits.lattice.rims import rims_of
 from pneumorph.limits.lattice.sampled import SampledLattices
 from pneumorph.limits.linearised import Rows, linearised
-from pneumorph.limits.report import LimitReport, certify
+from pneumorph.limits.report import LimitReading, LimitReport, certify
 from pneumorph.limits.rows.sampled import SampledBody
 from pneumorph.limits.shares import Usage, usage
 from pneumorph.limits.table import LATTICE_KINDS, TUBE_KINDS
@@ -47,6 +49,9 @@ class ShapeLimits:
         Number of cells of all surfaces: the rows of a limit in a cell share its multiplier.
     sampled, enclosed : functions
         Return a body at its samples, and by what encloses its surfaces.
+    margin : float
+        What `spec` asks of distances beyond the limits of the problem, mm: by so much its surfaces may be nearer to each
+        other than those that are enclosed.
     """
 
     spec: Limits
@@ -54,6 +59,7 @@ class ShapeLimits:
     cells: int
     sampled: Callable[[Body], SampledBody]
     enclosed: Callable[[Body], EnclosedBody]
+    margin: float = 0.0
 
     def rows(
         self,
@@ -74,8 +80,16 @@ class ShapeLimits:
         return linearised(self.kinds, self.sampled(body), reach, least, places, violated)
 
     def certify(self, body: Body) -> LimitReport:
-        """The certified worst values of all limits."""
-        return certify(self.kinds, self.enclosed(body))
+        """The certified worst values of all limits; distances without the margin."""
+        found = certify(self.kinds, self.enclosed(body))
+        return replace(found, readings=tuple(map(self._without_margin, found.readings)))
+
+    def _without_margin(self, reading: LimitReading) -> LimitReading:
+        if reading.limit not in (WALL.name, FOLD.name) or not self.margin:
+            return reading
+        value, attained = reading.value - self.margin, reading.attained - self.margin
+        # The bound as it is in the problem, without rounding errors.
+        return replace(reading, value=value, attained=attained, bound=round(reading.bound - self.margin, 12))
 
     def shares(self, body: Body) -> list[Usage]:
         """The share of the nearest limit that is used everywhere on each surface, the exterior first."""
@@ -98,24 +112,40 @@ def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] =
     return limits_at(sample_limits(body, spec, group))
 
 
-def lattice_limits(body: Body[LatticeSurface], spec: Limits, length: float) -> ShapeLimits:
-    """The limits on all bodies of a run, of this length in mm, that are displaced by the lattices of a body."""
+def lattice_limits(body: Body[LatticeSurface], spec: Limits, length: float, deviation: float) -> ShapeLimits:
+    """The limits on all bodies of a run that are displaced by the lattices of a body.
+
+    Parameters
+    ----------
+    body : Body
+    spec : problem.Limits
+    length : float
+        Of the body, mm.
+    deviation : float
+        Bound of the distance of its triangles from the faces in the file, mm. Displaced, both are apart by no more than
+        that times the largest scaling, so that distances of two triangles are kept larger by twice as much.
+    """
+    assert spec.scaling is not None, "bodies from files have limits on scaling"
+    margin = 2.0 * deviation * spec.scaling.largest
     patches = tuple(map(patches_of, body.surfaces))
     links = tuple(linked(each, spec.fold.neighbourhood) for each in patches)
     known = length, patches, links, rims_of(body.surfaces, patches, spec.wall)
+    fold = spec.fold.model_copy(update={"distance": spec.fold.distance + margin})
+    spec = spec.model_copy(update={"wall": spec.wall + margin, "fold": fold})
     return ShapeLimits(
         spec,
         LATTICE_KINDS,
         sum(len(each.nodes) for each in patches),
         lambda body: SampledLattices(body, spec, *known),
         lambda body: EnclosedLattices(body, spec, *known),
+        margin,
     )
 
 
 def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
     if problem.solid is not None:
-        return lattice_limits(body, problem.limits, problem.body.length)
+        return lattice_limits(body, problem.limits, problem.body.length, deviation_of(problem))
     return tube_limits(body, problem.limits, operations(problem.body.symmetry))
 
 

@@ -17,6 +17,7 @@ from pydantic import Field, GetJsonSchemaHandler, Strict, StringConstraints, Val
 from pydantic_core import CoreSchema
 
 from pneumorph import units
+from pneumorph.cad.deviation import deviation
 from pneumorph.cad.faces import Faces
 from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Parts, Where, parts_of, point_inside
 from pneumorph.cad.parts import Place as PlaceOf
@@ -214,6 +215,10 @@ class SolidSpec(Table):
     def faces(self, size: float) -> Faces:
         """Its faces in triangles with edges of about this length, mm; 0 for a coarse outline."""
         return read_faces(self.content, self.format, self.factor, size)
+
+    def deviation(self, size: float) -> float:
+        """Bound of the distance between these triangles and the faces in the file, mm."""
+        return deviation(self.content, self.format, self.factor, size)
 
     @property
     def outline(self) -> Faces:

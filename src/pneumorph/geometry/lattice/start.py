@@ -60,9 +60,19 @@ def design_of(problem: Problem) -> DesignSpec:
 
 def faces_of(problem: Problem) -> Faces:
     """The faces in the file of a problem, in triangles that suit its lattices."""
+    return solid_of(problem).faces(_size(problem))
+
+
+def deviation_of(problem: Problem) -> float:
+    """Bound of the distance between these triangles and the faces in the file, mm."""
+    return solid_of(problem).deviation(_size(problem))
+
+
+def _size(problem: Problem) -> float:
+    """Length of the edges of triangles that suit the lattices of a problem, mm."""
     design, diagonal = design_of(problem), solid_of(problem).outline.diagonal
     names = ("exterior", *(chamber.name for chamber in problem.body.chamber))
-    return solid_of(problem).faces(min(design.spacing_of(name, diagonal) for name in names) / PER_SPACING)
+    return min(design.spacing_of(name, diagonal) for name in names) / PER_SPACING
 
 
 def surface_parts(problem: Problem, faces: Faces) -> dict[str, NDArray[np.int64]]:
