@@ -24,7 +24,7 @@ def test_of_a_ball(tmp_path, size):
 
 
 def test_of_an_arc_on_two_cylinders(tmp_path):
-    """On an edge around a cylinder x(s) = R (sin θ s, cos θ + (1 − cos θ)(1 − s²)): at most about R (1 − cos θ)² / 8."""
+    """An edge over an angle 2 θ is R (s sin θ, cos θ + (1 − cos θ)(1 − s²)), which is off by R (1 − cos θ)² / 8."""
     lower, upper = cylinder(RADIUS, 0, 6), cylinder(RADIUS, 6, 12)
     data = written(occ().Compound([lower, upper]), tmp_path / "two.step").read_bytes()
     faces = read_faces(data, "step", 2.0, 6.0)

@@ -1,9 +1,9 @@
 """How far the six-node triangles of a body are from the faces in its file.
 
 Distances are measured at points of a triangle a quarter of its edges apart, and an eighth on those where they are
-largest. Where triangles are small the deviation is a polynomial of fourth degree that vanishes at the nodes; between
-these points such a polynomial is at most 2.5625 and 1.22 times as large as at them (by a linear programme for each place
-of a fine grid). Each triangle of a file of triangles is flat, and so are those made of them.
+largest. Where triangles are small the deviation is nearly a polynomial of fourth degree that vanishes at the nodes.
+Such a polynomial is nowhere more than 2.5625 and 1.22 times as large as at these points, by linear programmes for the
+places of a fine grid. Triangles of an STL, OBJ or 3MF file are flat, and so are those that are made of them.
 """
 
 from __future__ import annotations

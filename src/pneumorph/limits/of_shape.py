@@ -50,8 +50,8 @@ class ShapeLimits:
     sampled, enclosed : functions
         Return a body at its samples, and by what encloses its surfaces.
     margin : float
-        What `spec` asks of distances beyond the limits of the problem, mm: by so much its surfaces may be nearer to each
-        other than those that are enclosed.
+        By how much distances in `spec` are larger than in the problem, mm: surfaces may be nearer to each other by so
+        much than those that are enclosed.
     """
 
     spec: Limits
