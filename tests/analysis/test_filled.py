@@ -8,8 +8,9 @@ from pneumorph.analysis import analyse_body, run_gradient_check
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.design import starting_design
-from pneumorph.mechanics import mirrors_of, rest
+from pneumorph.mechanics import Equilibrium, mirrors_of, rest, solve, whole_of
 from pneumorph.mechanics.assembly.enclosed import volumes_of
+from pneumorph.optimize import DesignAccepted, design
 from pneumorph.problem import loads
 
 GAS = 'gas = { pressure = "10 kPa", exponent = 1.4 }\n'
@@ -60,12 +61,12 @@ def test_the_gradient_of_both(both):
 
 
 def test_a_sweep_of_volume_is_that_of_its_pressures():
-    design = starting_design(loads(tiny()))
-    swept = design.simulate(volumes={"A": "0:0.3:0.15 ml"})
+    start = starting_design(loads(tiny()))
+    swept = start.simulate(volumes={"A": "0:0.3:0.15 ml"})
     steps = swept.steps
     assert [step.volumes["A"] - steps[0].volumes["A"] for step in steps] == pytest.approx([0.0, 150.0, 300.0], abs=1e-4)
     pressure = steps[2].pressures["A"]
-    back = design.simulate({"A": f"{pressure} MPa"}).steps[0]
+    back = start.simulate({"A": f"{pressure} MPa"}).steps[0]
     assert back.volumes["A"] == pytest.approx(steps[2].volumes["A"], rel=1e-6)
     assert back.translation == pytest.approx(steps[2].translation, abs=1e-4)
     assert steps[0].pressures["A"] == pytest.approx(0.0, abs=1e-9) and steps[0].translation[2] == pytest.approx(
@@ -75,12 +76,12 @@ def test_a_sweep_of_volume_is_that_of_its_pressures():
 
 
 def test_what_is_sealed_has_no_pressure_of_its_own():
-    design = starting_design(loads(two_beside()))
+    start = starting_design(loads(two_beside()))
     for options in ({"pressures": {"B": "3 kPa"}}, {"volumes": {"B": "1 ml"}}):
         with pytest.raises(ProblemError, match='"B" is sealed'):
-            design.prepare_simulation(**options)
+            start.prepare_simulation(**options)
     with pytest.raises(ProblemError, match="follow"):
-        design.explorer()
+        start.explorer()
 
 
 def test_files_keep_them_and_parts_do_not_share_them():
@@ -93,6 +94,45 @@ def test_files_keep_them_and_parts_do_not_share_them():
     assert mirrors_of(loads(alike)) == ("xz",)
 
 
+def test_one_filled_chamber_refuses_a_limit_on_the_sensitivity():
+    """Of its own task alone: the other has a pressure in all its chambers."""
+    text = two_beside().replace(GAS, "")
+    limits = 'limits = { sensitivity = "2 deg/kPa" }'
+    with pytest.raises(ProblemError, match=r"task\[0\]\.limits\.sensitivity: is not possible with"):
+        loads(text.replace('volume = { A = "0.12 ml" }', f'volume = {{ A = "0.12 ml" }}\n{limits}'))
+    limits = limits.replace("deg", "mm")
+    loads(text.replace('pressure = { A = "30 kPa" }', f'pressure = {{ A = "30 kPa" }}\n{limits}'))
+
+
+@pytest.mark.parametrize("symmetry", ['mirror = ["xz"]', "rotation = 3"])
+def test_a_volume_counts_for_the_whole_body_where_a_part_is_solved(symmetry):
+    density = 'control_density = "0.3 /mm"'
+    text = tiny(pressure='{}\nvolume = { A = "0.3 ml" }')
+    problem = loads(text.replace(density, f"{density}\nsymmetry = {{ {symmetry} }}"))
+    found = analyse_body(problem, starting_body(problem.tubes))
+    model, at = found.disc.model, found.analysis.configurations["extend"]
+    part = found.analysis.equilibria["extend"]
+    assert model.copies > 1
+    (at_rest,) = volumes_of(model, at.X, rest(model))
+    assert part.volumes["A"] == pytest.approx(model.copies * at_rest + 300.0, rel=1e-8)
+    whole = whole_of(model, found.disc.morph.mesh)
+    both = solve(whole.configuration(at), whole.tangent)
+    assert isinstance(both, Equilibrium)
+    assert both.volumes["A"] == pytest.approx(part.volumes["A"], rel=1e-8)
+    assert both.enclosed["A"] == pytest.approx(part.enclosed["A"], rel=1e-6)
+
+
+def test_a_stopped_run_goes_on_with_what_is_filled_and_sealed():
+    problem = loads(two_beside().replace("[mesh]", "[optimizer]\niterations = 2\n[mesh]"))
+    designs = [event for event in design(problem) if isinstance(event, DesignAccepted)]
+    assert [each.iteration for each in designs] == [0, 1, 2]
+    (again,) = (event for event in design(problem, designs[1].state) if isinstance(event, DesignAccepted))
+    # Adjoints in the loop have six digits.
+    assert again.entry.objective == pytest.approx(designs[2].entry.objective, rel=1e-6)
+    for name, task in designs[2].entry.tasks.items():
+        assert again.entry.tasks[name].pressures == pytest.approx(task.pressures, rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "key"),
     [
@@ -103,6 +143,7 @@ def test_files_keep_them_and_parts_do_not_share_them():
         ('pressure = "10 kPa"', 'pressure = "-200 kPa"', "body.chamber[1].gas.pressure"),
         ("exponent = 1.4", "exponent = 0.5", "body.chamber[1].gas.exponent"),
         ("[mesh]", "[contact]\n[mesh]", "contact"),
+        ("[mesh]", '[limits]\nsensitivity = "2 mm/kPa"\n[mesh]', "limits.sensitivity: is not possible with"),
     ],
 )
 def test_mistakes_name_their_key(old, new, key):
