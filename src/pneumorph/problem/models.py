@@ -195,7 +195,9 @@ class Task(Table):
     weight: Annotated[Number, Field(gt=0)] = 1.0
     """Factor of its objective in the sum over tasks."""
     pressure: Annotated[
-        dict[Name, Pressure], Field(max_length=MOST_CHAMBERS), Example('e.g. pressure = { A = "60 kPa" }')
+        dict[Name, Pressure],
+        Field(max_length=MOST_CHAMBERS),
+        Example('e.g. pressure = { A = "60 kPa" }, or pressure = {} if every chamber is filled or sealed'),
     ]
     """Gauge pressure of each chamber; 0 for a chamber without an entry, a volume or a gas."""
     volume: (

@@ -82,7 +82,9 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
             return f"{_shown(given)} cannot be a name; use only letters, digits, _ and -"
         case "string_type":
             return f"{_shown(given)} is not text; put it in quotes"
-        case "float_type" | "int_type" | "bool_type" | "finite_number" | "int_from_float":
+        case "finite_number":
+            return f"{_shown(given)} is not finite; write a finite number"
+        case "float_type" | "int_type" | "bool_type" | "int_from_float":
             wanted = {"int_type": "a whole number", "int_from_float": "a whole number", "bool_type": "true or false"}
             return f"{_shown(given)} is not {wanted.get(kind, 'a number')}; write one without quotes"
         case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
