@@ -85,8 +85,11 @@ def test_a_run_is_drawn(finished, mesh):
 
 
 def test_a_machine_that_cannot_draw(finished, monkeypatch):
+    engines = []
     monkeypatch.setattr(render, "CHILD", "import os; os.abort()")
+    monkeypatch.setattr(pictures, "save", lambda figure, path: engines.append(figure.get_layout_engine()))
     drawn = run_pictures(finished)
+    assert engines == [None] * len(PLAIN), "a figure with one is drawn twice for every format"
     assert [path.name for path in drawn.paths] == PLAIN
     (sentence,) = drawn.missing
     assert "start.png and other pictures of bodies could not be drawn: VTK cannot draw off-screen here" in sentence

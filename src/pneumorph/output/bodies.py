@@ -260,7 +260,7 @@ def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray
     """
     left, right, bottom, top = extent
     draw_clamp(axes, scene.view, scene.shape)
-    axes.imshow(picture, extent=(left, right, bottom, top), interpolation="lanczos", zorder=2)
+    axes.imshow(picture, extent=(left, right, bottom, top), zorder=2)
     if scene.marks.outlined:
         draw_outline(axes, scene.view, outline(scene.shape, scene.view.normal, scene.view.offset))
     draw_marks(axes, scene.view, scene.marks)

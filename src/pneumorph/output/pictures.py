@@ -54,9 +54,9 @@ def run_pictures(run: RunDirectory) -> Pictures:
     # Another process draws the bodies while this one draws the diagrams.
     with doing("drawing the pictures"), Drawing([part.job for part in parts.values()]) as drawing:
         for name, figure in _plots(run, history):
-            # Its layout is the same in every format.
+            # Its layout is the same in every format, and found once.
             figure.draw_without_rendering()
-            figure.set_layout_engine("none")
+            figure.set_layout_engine(None)
             for suffix in PLOTS:
                 paths.append(folder / f"{name}.{suffix}")
                 save(figure, paths[-1])
