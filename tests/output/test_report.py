@@ -259,6 +259,13 @@ def test_targets(fields, tmp_path):
     assert facts["gravity"] == [-1, 0, 0]
 
 
+def test_a_target_stands_behind_what_was_found(tmp_path):
+    problem = loads(tiny(objective='{ kind = "motion", bending_y = "60 deg" }'))
+    facts, _ = block_of(write_report(waving_run(tmp_path / "run", problem, 1, {0: one_element()})))
+    motion = facts["history"][0]["motions"]["extend"]
+    assert motion["word"] == "bending about y" and motion["text"] == f"{motion['found']} (target 60°)"
+
+
 def test_refusals(problem, run, tmp_path):
     nothing = create(tmp_path / "nothing", problem)
     with pytest.raises(ProblemError, match="there is no finished design in it yet; run pneumorph design first"):

@@ -197,7 +197,7 @@ function describe(facts, shapes, state) {
   byId("title").textContent = facts.title;
   const motions = facts.tasks.map(({ name }) => {
     const [start, end] = [history[0].motions[name], history.at(-1).motions[name]];
-    return element("li", {}, element("span", {}, facts.tasks.length > 1 ? `${name}: ${end.word}` : end.word), element("b", {}, end.text), element("small", {}, `from ${start.text}, at ${end.at}`));
+    return element("li", {}, element("span", {}, facts.tasks.length > 1 ? `${name}: ${end.word}` : end.word), element("b", {}, end.text), element("small", {}, `from ${start.found}, at ${end.at}`));
   });
   byId("headline").replaceChildren(...motions);
   byId("reason").textContent = result

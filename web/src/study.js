@@ -78,21 +78,29 @@ export function memberTable(members) {
   const keys = [...new Set(members.flatMap(({ member }) => Object.keys(member.changes)))];
   const tasks = [...new Set(members.flatMap((facts) => facts.tasks.map(({ name }) => name)))];
   const number = (value, text = short(value)) => ({ text, value });
+  // Tasks of one word and unit in all members: these are in the head, and the cells are numbers.
+  const kinds = (name) => new Set(members.map(({ history }) => history.at(-1).motions[name]).filter(Boolean).map(({ word, unit }) => (unit ? `${word}, ${unit}` : word)));
+  const alike = new Map(tasks.map((name) => [name, [...kinds(name)]]).filter(([, own]) => own.length === 1).map(([name, [own]]) => [name, own]));
   const rows = members.map((facts) => {
     const last = facts.history.at(-1);
+    const motion = (name) => last.motions[name];
     const seconds = facts.history.reduce((sum, { seconds: spent }) => sum + (spent.total ?? 0), 0);
     return [
       { text: facts.member.name, value: facts.member.name },
       ...keys.map((key) => ({ text: facts.member.changes[key] ?? "–", value: quantity(facts.member.changes[key]) })),
-      ...tasks.map((name) => (last.motions[name] ? number(last.motions[name].value, `${last.motions[name].word} ${last.motions[name].text}`) : { text: "–", value: null })),
+      ...tasks.map((name) => {
+        if (!motion(name)) return { text: "–", value: null };
+        const { value, unit, word, found, text } = motion(name);
+        return number(value, alike.has(name) ? found.replace(unit, "").trim() : `${word} ${text}`);
+      }),
       number(last.objective, short(last.objective, 5)),
       number(last.held ? 0 : 1, last.held ? "satisfied" : "violated"),
       number(last.iteration, String(last.iteration)),
-      number(seconds, `${Math.round(seconds)} s`),
+      number(seconds, String(Math.round(seconds))),
       { text: facts.result ? (facts.result.completed ? "finished" : "failed") : "begun", value: facts.result?.reason ?? "" },
     ];
   });
-  const heads = ["member", ...keys.map((key) => key.split(".").at(-1).replaceAll("_", " ")), ...tasks, "objective", "limits", "designs", "time", "state"];
+  const heads = ["member", ...keys.map((key) => key.split(".").at(-1).replaceAll("_", " ")), ...tasks.map((name) => (alike.has(name) ? `${name}: ${alike.get(name)}` : name)), "objective", "limits", "designs", "time, s", "state"];
   return { heads, rows };
 }
 

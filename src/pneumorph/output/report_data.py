@@ -18,7 +18,6 @@ from pneumorph.output.cuts import view_of
 from pneumorph.output.format import balloons, format_data, format_duration, format_pressures, stretches, warnings_of
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.acting import acting, words_of_own
-from pneumorph.problem.objectives.words import Amount
 from pneumorph.results import HistoryEntry, RunResult, TaskResult, to_json
 from pneumorph.run import RunDirectory
 
@@ -72,16 +71,11 @@ def _entry(problem: Problem, entry: HistoryEntry) -> dict[str, Any]:
     motions = {task.name: task.objective.achieved(entry.tasks[task.name]) for task in problem.task}
     return to_json(entry) | {
         "motions": {
-            name: {"value": motion.value, "unit": motion.unit, "word": _word(motion), "text": str(motion)}
-            | {"at": format_pressures(entry.tasks[name].pressures)}
+            name: {"value": motion.value, "unit": motion.unit, "word": motion.word, "found": str(motion)}
+            | {"text": motion.beside_target, "at": format_pressures(entry.tasks[name].pressures)}
             for name, motion in motions.items()
         }
     }
-
-
-def _word(motion: Amount) -> str:
-    """The word for a motion, and its target if it has one."""
-    return motion.word if motion.target is None else f"{motion.word} (target {motion.target_words})"
 
 
 def _task(problem: Problem, task: Task) -> dict[str, Any]:
