@@ -107,7 +107,7 @@ def test_what_is_wrong_with_a_file_is_said_in_one_line(content, message, tmp_pat
 
 
 def test_all_files_together_have_an_end():
-    many = TETRAHEDRON + 10.0 * np.arange(4000)[:, None, None, None]
+    many = TETRAHEDRON + 200.0 + 1.0 * np.arange(4000)[:, None, None, None]
     text = stl.pack(stl.read_stl(binary(many.reshape(-1, 3, 3))))
     parts = [f'[[obstacle]]\nname = "p{i}"\nkind = "mesh"\ntriangles = "{text}"\n' for i in range(3)]
     assert len(loads(tiny() + "".join(parts[:2])).obstacle) == 2

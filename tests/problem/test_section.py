@@ -28,7 +28,7 @@ def table(chamber=CHAMBER, **body):
     return {
         "material": {"name": "Dragon Skin 20"},
         "body": {"length": "60 mm", "section": RECTANGLE, "control_density": "0.5 /mm", "chamber": chambers} | body,
-        "task": [{"name": "bend", "pressure": {}, "objective": {"motion": "bending_y"}}],
+        "task": [{"name": "extend", "pressure": {}, "objective": {"motion": "extension"}}],
     }
 
 
