@@ -32,7 +32,7 @@ def test_a_ballooning_tube_is_told_in_a_sentence():
     built = build_model(mesh, RUBBER)
     found = solve(configure(built, mesh.points, build_loads(built, {"A": 0.3})), Tangent(built))
     assert isinstance(found, NoEquilibrium)
-    assert "no equilibrium found near A = " in found.reason
+    assert "no equilibrium found near " in found.reason
     assert "kPa" in found.reason
     assert 0 < found.fraction < 1
     assert isinstance(found.last, Equilibrium)
