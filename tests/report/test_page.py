@@ -54,7 +54,8 @@ def test_the_nearest_limit_is_told_where_one_points(page):
         box = page.locator("#view canvas").bounding_box()
         assert words(page, "here") == "point at the body for its name"
         page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-        assert re.fullmatch(r"here (wall|fold|curvature|skew|stretch|relative area|envelope), \d+ %", words(page, "here"))
+        limits = "wall|fold|curvature|skew|stretch|relative area|envelope"
+        assert re.fullmatch(rf"here ({limits}), \d+ %", words(page, "here"))
         page.mouse.move(box["x"] + 5, box["y"] + box["height"] / 2)
         assert words(page, "here") == "point at the body for its name"
     page.select_option("#mode", "plain")
