@@ -240,7 +240,7 @@ WALL = {"kind": "plane", "name": "wall", "point": ["20 mm", "0 mm", "0 mm"], "no
         (problem({"rotation": 6, "half_turn": "x"}), ("sector 6",)),
         (problem({"half_turn": "x"}), ()),
         (problem(motion="extension"), ("sector 3",)),
-        (problem(motion="bending_x"), ()),
+        (problem(motion="bending_x", gravity={"direction": [0, 1, 0]}), ()),
         (problem({"mirror": ["xz", "yz"]}, motion="extension"), ("xz", "yz")),
         (problem({"mirror": ["xz"], "rotation": 3}, motion="extension"), ("sector 3",)),
         (problem({"mirror": ["xz"], "rotation": 2}, motion="extension"), ("xz", "yz")),

@@ -34,7 +34,7 @@ _FROM_BASE = 1e-3
 objective measures from the base along the axis."""
 
 
-SMALLEST, LARGEST = 2.0, 5000.0
+SMALLEST, LARGEST = 1.0, 5000.0
 """Diagonals in mm of bodies that are taken to be meant: others are of another unit."""
 
 
