@@ -267,7 +267,8 @@ def measured(section: Section, command: list[str]) -> str:
         body += f"\n\n![{section.title}]({section.picture})"
     minutes = (time.perf_counter() - began) / 60
     print(f"{section.title}: {minutes:.1f} min", flush=True)
-    return f"\n## {section.title}\n\n{section.about} `benchmarks/{script}`, {minutes:.1f} min.\n\n{body}\n"
+    told = f"`benchmarks/{script}`, {minutes:.1f} min, version {version('pneumorph')}"
+    return f"\n## {section.title}\n\n{section.about} {told}.\n\n{body}\n"
 
 
 def main() -> None:
