@@ -48,15 +48,22 @@ ENOUGH = 1e-3
 
 
 def coarser(problem: Problem, body: Body, disc: Discretisation, enough: int) -> Discretisation:
-    """A mesh of the body with about so many elements; its own where it has no more, or a coarser one cannot be made."""
+    """A mesh of the body with about so many elements; its own where it has no more, or a coarser one cannot be made.
+
+    Parameters
+    ----------
+    problem, body : what is meshed.
+    disc : its own mesh.
+    enough : number of elements.
+    """
     if disc.model.elements <= enough:
         return disc
     size = problem.mesh.size * (disc.model.elements / enough) ** (1 / 3)
     try:
-        found = build_discretisation(problem, mesh_of(problem, body, part_of(problem), size), body.control_points())
+        coarse = build_discretisation(problem, mesh_of(problem, body, part_of(problem), size), body.control_points())
     except MeshError:
         return disc
-    return found if found.model.elements < disc.model.elements else disc
+    return coarse if coarse.model.elements < disc.model.elements else disc
 
 
 def analyse_start(

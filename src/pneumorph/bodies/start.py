@@ -121,7 +121,13 @@ def count_of(name: str, value: Any, most: int = MOST) -> int:
 
 
 def between(name: str, value: float, least: float, most: float, why: str = "") -> None:
-    """Refuse a size (mm) beyond bounds, and say `why` these are.
+    """Refuse a size beyond bounds.
+
+    Parameters
+    ----------
+    name : of the size, as users give it.
+    value, least, most : the size and its bounds, mm.
+    why : what the bounds are, in words.
 
     Raises
     ------

@@ -134,7 +134,13 @@ def residual_jacobian(
 
 
 def with_border(at: Configuration, tangent: Tangent, state: State, solved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Adjoints (m, n) of the bordered tangent from those of K, and q·∂(V − v)/∂X (m, N, 3); zeros if all is known."""
+    """Adjoints (m, n) of the bordered tangent from those of K, and q·∂(V − v)/∂X (m, N, 3); zeros if all is known.
+
+    Parameters
+    ----------
+    at, tangent, state : an equilibrium, with chambers that may be sealed or filled to a volume.
+    solved : (m, n) solutions with K alone.
+    """
     if at.enclosed is None:
         return solved, np.zeros((len(solved), *at.X.shape))
     model, rows = at.model, at.enclosed.rows(at.model)
