@@ -55,7 +55,7 @@ def test_files_are_written_with_them_and_read_again():
         ('hold = { bending_y = "3 mm" }', "task[0].hold.bending_y"),
         ('hold = { axial = "3 mm", extension = "3 mm" }', "task[0].hold.extension"),
         ('force = ["1 N", "0 N"]', "task[0].force"),
-        ("gravity = 3", "task[0].gravity"),
+        ("gravity = 3", "task[0].gravity: should be a table with keys such as acceleration, direction"),
         ("gravity = { direction = [0, 0, 0] }", "task[0].gravity.direction"),
     ],
 )

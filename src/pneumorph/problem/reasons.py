@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from pneumorph.errors import ProblemError, clipped, short
-from pneumorph.problem.table import TAG, InvalidKey
+from pneumorph.problem.table import TAG, InvalidKey, Table
 
 MOST = 300
 """Characters of a message about something in a file."""
@@ -64,7 +64,7 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
         case "literal_error":
             return f"{_shown(given)} is not a known value; use {context['expected']}"
         case "model_type":
-            return "should be a table with keys"
+            return f"should be a table with keys such as {', '.join(_keys_of(context['class_name'])[:4])}"
         case "dict_type":
             return 'should be a table; write e.g. { A = "60 kPa" }'
         case "tuple_type":
@@ -98,3 +98,10 @@ def _shown(given: Any) -> str:
     if isinstance(given, int) and given.bit_length() > 200:
         return f"a number {short(given)}"
     return json.dumps(given) if isinstance(given, bool | int | float) else f"a {type(given).__name__}"
+
+
+def _keys_of(name: str, of: type[Table] = Table) -> list[str]:
+    """The keys of the table of this name."""
+    if of.__name__ == name:
+        return list(of.model_fields)
+    return next(filter(None, (_keys_of(name, below) for below in of.__subclasses__())), [])
