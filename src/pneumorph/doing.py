@@ -30,7 +30,7 @@ def announce(say: Callable[[str], object] | None) -> None:
 
 
 def said() -> None:
-    """Tell that something has been printed, from when on the seconds are counted anew."""
+    """Note that something has been printed: the seconds without a line count from now."""
     global _latest
     _latest = time.monotonic()
 

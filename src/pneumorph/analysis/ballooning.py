@@ -63,16 +63,16 @@ def expect_limit_points(before: Analysis, analysis: Analysis, bound: float) -> N
 
 
 def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:
-    """Those of the tasks of which the limit point is near, estimated anew.
+    """The margins of the tasks whose limit point is near; all estimates are made again.
 
     Parameters
     ----------
     disc : the mesh of the design.
     analysis : of the design.
-    bound : of the margin, of which `BEYOND` times is near.
+    bound : of the margin; `BEYOND` times it is the farthest that counts as near.
     """
-    anew = limit_points(disc, replace(analysis, limit_points={}), bound)
-    return {name: ahead.load for name, ahead in anew.items() if ahead.state is not None}
+    points = limit_points(disc, replace(analysis, limit_points={}), bound)
+    return {name: ahead.load for name, ahead in points.items() if ahead.state is not None}
 
 
 def margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:

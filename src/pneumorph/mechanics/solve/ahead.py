@@ -83,4 +83,5 @@ def _strains(at: Configuration, vector: np.ndarray) -> np.ndarray:
 def _where_most(rate: np.ndarray, growth: np.ndarray) -> float:
     """The growth of strains per λ over their rate, at the points where they grow most."""
     weight = (growth * growth).sum(axis=(0, 1))
-    return float((weight * (rate * growth).sum(axis=(0, 1))).sum() / (weight * (rate * rate).sum(axis=(0, 1))).sum())
+    steady = float((weight * (rate * rate).sum(axis=(0, 1))).sum())
+    return float((weight * (rate * growth).sum(axis=(0, 1))).sum()) / steady if steady > 0.0 else 0.0

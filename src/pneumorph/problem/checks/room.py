@@ -155,7 +155,7 @@ def _point_in(obstacle: ObstacleSpec) -> Array | None:
 
 
 def _inside(problem: Tables, point: Array) -> str | None:
-    """What of the body is at a point (3,), in words; None for nothing."""
+    """In which part of the body a point (3,) lies, in words; None if it lies outside."""
     if problem.solid is not None:
         faces = problem.solid.outline
         shells = shells_of(faces)
