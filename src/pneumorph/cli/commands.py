@@ -20,8 +20,8 @@ def new(
         str,
         typer.Option(
             metavar="KIND",
-            help="Kind of robot: extension, bending, twist, finger, arm; with sizes: half-round; with sizes and a "
-            "CAD file: pneunet, fast-pneunet, dome, cup, bellows, hand.",
+            help="Kind of robot: extension, bending, twist, finger, arm; or, with sizes, pneunet, fast-pneunet, "
+            "dome, cup, bellows, hand, half-round (all but the last with a CAD file).",
         ),
     ] = "extension",
     size: Annotated[
