@@ -33,11 +33,16 @@ def refused(given):
         ('half_turn = "x"', 'motion = "bending_x"', "motion", 'half_turn = "x"'),
         ("point = true", 'kind = "motion", bending_y = "9 deg"', "bending_y", "point"),
         ('mirror = ["yz"]', 'kind = "motion", shift_x = "2 mm"', "shift_x", 'mirror "yz"'),
+        ('mirror = ["xz"]', 'motion = "twist"', "motion", 'mirror "xz"'),
+        ("point = true", 'kind = "motion", twist = "9 deg"', "twist", "point"),
     ],
 )
 def test_motions_that_a_symmetry_forbids(symmetry, objective, key, named):
     (fault,) = refused(text(objective, symmetry))
     assert fault.startswith(f"task[0].objective.{key}: ") and f"body.symmetry, {named}:" in fault
+
+
+BESIDE = '[[obstacle]]\nname = "o"\nkind = "sphere"\nradius = "1 mm"\ncenter = ["9 mm", "9 mm", "12 mm"]\n'
 
 
 @pytest.mark.parametrize(
@@ -53,6 +58,9 @@ def test_motions_that_a_symmetry_forbids(symmetry, objective, key, named):
         ('half_turn = "x"', 'motion = "bending_x"', '[end_effector]\nspring = { shift_y = "1 N/mm" }\n'),
         ("rotation = 2", 'motion = "bending_x"', '[end_effector]\nhold = { bending_y = "30 deg" }\n'),
         ("rotation = 2", 'motion = "bending_x"', '[gravity]\ndirection = [0, 1, 0]\n'),
+        ('mirror = ["xy"]', 'motion = "twist"', '[end_effector]\nforce = ["0 N", "0.1 N", "0 N"]\n'),
+        ("rotation = 2", 'motion = "twist"', ""),
+        ('mirror = ["xz"]', 'motion = "twist"', BESIDE),
     ],
 )  # fmt: skip
 def test_motions_that_it_allows(symmetry, objective, rest):

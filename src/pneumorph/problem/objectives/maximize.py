@@ -62,9 +62,9 @@ class Maximize(ObjectiveTable):
         return False
 
     @property
-    def twist_key(self) -> str | None:
-        """See `ObjectiveTable.twist_key`."""
-        return "motion" if self.component == "twist" else None
+    def asked_motions(self) -> dict[str, str]:
+        """See `ObjectiveTable.asked_motions`."""
+        return {self.component: "motion"}
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `ObjectiveTable.keeps`."""

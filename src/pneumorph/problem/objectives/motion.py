@@ -64,9 +64,9 @@ class TargetMotion(ObjectiveTable):
         return self.position_weight if motion in MOTIONS[:3] else self.rotation_weight
 
     @property
-    def twist_key(self) -> str | None:
-        """See `ObjectiveTable.twist_key`."""
-        return "twist" if self.twist else None
+    def asked_motions(self) -> dict[str, str]:
+        """See `ObjectiveTable.asked_motions`."""
+        return {motion: motion for motion, value in self.targets.items() if value and self.weight_of(motion)}
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `ObjectiveTable.keeps`; where a motion should be zero, its sign does not matter."""

@@ -52,9 +52,9 @@ class ObjectiveTable(Table):
         return "kind", 0
 
     @property
-    def twist_key(self) -> str | None:
-        """The key by which it asks for a twist; None if it does not."""
-        return None
+    def asked_motions(self) -> dict[str, str]:
+        """Those of `MOTIONS` that must not be zero, with the keys by which it asks for them."""
+        return {}
 
     @property
     def touched(self) -> str | None:
