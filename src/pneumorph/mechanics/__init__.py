@@ -20,7 +20,6 @@ from pneumorph.mechanics.solve.equilibrium import (
     configure,
     rest,
     settled,
-    solve,
 )
 from pneumorph.mechanics.solve.filled import negative_motions
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
@@ -31,6 +30,7 @@ from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
 from pneumorph.mechanics.solve.prediction import predict
 from pneumorph.mechanics.solve.restore import restored
+from pneumorph.mechanics.solve.search import solve
 from pneumorph.mechanics.solve.sweep import secant_start, sweep
 from pneumorph.mechanics.solve.whole import Whole, whole_of
 

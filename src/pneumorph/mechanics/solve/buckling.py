@@ -16,20 +16,11 @@ from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.solve.equilibrium import (
-    TOLERANCE,
-    Equilibrium,
-    NoEquilibrium,
-    between,
-    find_near,
-    in_words,
-    part_way,
-    read_off,
-    without_meeting,
-)
+from pneumorph.mechanics.solve.equilibrium import TOLERANCE, Equilibrium, NoEquilibrium, in_words, read_off
 from pneumorph.mechanics.solve.lateral import masses_of, softest
 from pneumorph.mechanics.solve.prediction import guess_after, predict_change
 from pneumorph.mechanics.solve.relaxation import relax
+from pneumorph.mechanics.solve.search import between, find_near, part_way, without_meeting
 
 RESOLUTION, FINEST, BEYOND = 5e-3, 2e-4, 4
 """Shortest step, relative to the pressures reached: so exactly is known where stability is lost; the same relative to

@@ -1,67 +1,27 @@
-"""Find the equilibrium of a body under given loads.
-
-Plain elements minimise the potential (`descent.py`). Mixed ones, where the equilibrium is a saddle point, use Newton's
-method (`saddle.py`). Both look for stable states; where there is none, `NoEquilibrium` has the reason.
-"""
+"""Equilibria of a body, and the configurations of which they are: nodes, loads, and what of the plate is blocked."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
-import jax
 import numpy as np
 
-from pneumorph.doing import doing
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.enclosed import Enclosed
-from pneumorph.mechanics.assembly.linear import SingularMatrix, TooCostly
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.assembly.volumes import volumes_of
 from pneumorph.mechanics.contact.pose import pose_of
-from pneumorph.mechanics.elements.kinematics import Guess, State, volume_ratio
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
-from pneumorph.mechanics.solve.balance import (
-    applied_force,
-    bulk_over_shear,
-    evaluate,
-    free_share,
-    free_way,
-    largest_stretches,
-    relative_residual,
-    unloaded,
-)
-from pneumorph.mechanics.solve.descent import ROUGH, minimise
-from pneumorph.mechanics.solve.filled import (
-    Filled,
-    fill,
-    nearest_pressure,
-    negative_motions,
-    pressure_of,
-    with_pressures,
-)
-from pneumorph.mechanics.solve.fitting import fitted
-from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
-from pneumorph.mechanics.solve.prediction import guess_after, predict_change
-from pneumorph.mechanics.solve.saddle import find_stable
+from pneumorph.mechanics.solve.balance import evaluate, largest_stretches
+from pneumorph.mechanics.solve.filled import negative_motions, with_pressures
 
 TOLERANCE = 1e-9
 """Relative residual, over the norm of the applied forces, at which a state counts as an equilibrium."""
-
-SMALLEST_FRACTION = 1 / 20
-"""Fraction of the load that is still halved once when the load is stepped up."""
-
-FIRST_RESHAPED, FIRST_MOVED = 1 / 2, 1 / 8
-"""Fractions of the way in the first step: where nodes move from one design to another, and where obstacles or a plate
-that is held move."""
-
-SMALLEST_MOVE = 1e-4
-"""`SMALLEST_FRACTION` where obstacles move, which may have to be less than the gap to what they press on."""
 
 
 @dataclass(frozen=True)
@@ -209,234 +169,6 @@ def build_loads(
 def rest(model: Model) -> State:
     """The undeformed state."""
     return model.state(np.zeros(model.size))
-
-
-def solve(
-    at: Configuration,
-    tangent: Tangent,
-    start: State | Guess | None = None,
-    tolerance: float = TOLERANCE,
-    since: tuple[Configuration, State] | None = None,
-    most: float = math.inf,
-    roughest: float = math.inf,
-) -> Equilibrium | NoEquilibrium:
-    """Find the equilibrium of a configuration.
-
-    Newton's method goes to the full load at once from `start`. Without a start, or if that fails, the load is raised in
-    adaptive steps: from `since`, another configuration of the same model with its equilibrium, or else from rest,
-    weights and plate loads first, then pressures. Where the nodes of `since` are in other places, they are moved in the
-    same steps. A state has converged when its residual is `tolerance` times the norm of the applied forces. The search
-    ends after `most` factorisations, and does not begin where the start's own residual is more than `roughest` κ/μ
-    times the applied forces: from so far away it would hardly lead anywhere.
-
-    Parameters
-    ----------
-    at : Configuration
-        The model with its nodes and loads.
-    tangent : Tangent
-        With the last factorisation, if there is one.
-    start : State or Guess, optional
-        Where the search begins.
-    tolerance : float
-        Residual over the applied force at which it ends.
-    since : (Configuration, State), optional
-        An equilibrium from which the load may be raised.
-    most : float
-        Most factorisations.
-    roughest : float
-        Largest residual of the start, over κ/μ times the applied force.
-    """
-    before = tangent.factorisations, tangent.solves
-    tangent.max_factorisations = tangent.factorisations + most
-    try:
-        # Starts may be anywhere: what is not finite is seen by its value.
-        with np.errstate(over="ignore", invalid="ignore"):
-            found = _searched(at, tangent, start, tolerance, since, before, roughest)
-        if isinstance(found, Equilibrium) and (loose := unheld(at, tangent, found.state)) is not None:
-            return NoEquilibrium(loose, 1.0, None)
-        return found
-    except SingularMatrix:
-        return NoEquilibrium("the tangent is singular", 0.0, None)
-    except Unheld as error:
-        return NoEquilibrium(str(error), 0.0, None)
-    except TooCostly:
-        return NoEquilibrium(f"no equilibrium found in {most:g} factorisations", 0.0, None)
-    finally:
-        tangent.max_factorisations = math.inf
-
-
-def _searched(
-    at: Configuration, tangent: Tangent, start: State | Guess | None, tolerance: float, since, before, roughest: float
-) -> Equilibrium | NoEquilibrium:
-    """The search of `solve`."""
-    if at.enclosed is not None:
-        return _filled(at, tangent, start, tolerance, since, before)
-    if start is not None:
-        with suppress(Unheld):
-            begin = _begin(at, start)
-            if roughest < math.inf and not relative_residual(at, begin.state) <= roughest * bulk_over_shear(at):
-                return NoEquilibrium("there is no equilibrium near the predicted state", 0.0, None)
-            found = _search(at, tangent, begin, tolerance)
-            if not isinstance(found, str):
-                return read_off(at, tangent, *found, before)
-    if since is not None:
-        begin, state = since
-        return _raise(at, begin, state, tangent, before, tolerance)
-    return _step_up(at, tangent, before, tolerance)
-
-
-def _filled(at: Configuration, tangent: Tangent, start: State | Guess | None, tolerance: float, since, before):
-    """The search of `solve` where pressures are unknown."""
-    assert at.enclosed is not None
-    found: Filled | str = ""
-    if start is not None:
-        state = start.state if isinstance(start, Guess) else start
-        begin = with_pressures(at, at.enclosed, nearest_pressure(at, state))
-        found = fill(begin, tangent, begin, state, tolerance, 1.0)
-    if isinstance(found, str) and since is not None:
-        begin, state = since
-        found = fill(at, tangent, begin, state, tolerance)
-    if isinstance(found, str):
-        begin = replace(unloaded(at), enclosed=at.enclosed.part(0.0))
-        found = fill(at, tangent, begin, rest(at.model), tolerance)
-    if isinstance(found, str):
-        return NoEquilibrium(found, 0.0, None)
-    pressures = pressure_of(found, at.enclosed.rows(at.model))
-    equilibrium = read_off(found.at, tangent, found.state, found.residual, before)
-    return replace(equilibrium, enclosed=dict(zip(at.enclosed.chambers, map(float, pressures), strict=True)))
-
-
-def find_near(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
-    """A stable state near `start` with its relative residual, or the reason why none was found.
-
-    Parameters
-    ----------
-    at : Configuration
-        The model with its nodes and loads.
-    tangent : Tangent
-        Factorised on the way.
-    start : State or Guess
-        Where the search begins.
-    tolerance : float
-        Relative residual of an equilibrium.
-    """
-    return _search(at, tangent, _begin(at, start), tolerance)
-
-
-def _begin(at: Configuration, start: State | Guess) -> Guess:
-    """Where a search begins: free obstacles are let down, and displacements fitted to the gradients that are known."""
-    guess = start if isinstance(start, Guess) else Guess(start)
-    begin, F = landed(at, guess.state), guess.gradients
-    # What is fitted might go through a surface.
-    if F is None or at.model.contact is not None:
-        return Guess(begin, metrics=guess.metrics)
-    return Guess(fitted(at, begin, F) if relative_residual(at, begin) > ROUGH else begin, F, guess.metrics)
-
-
-def _search(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:
-    """`find_near`, from where a search begins."""
-    if at.model.mixed:
-        return find_stable(at, tangent, begin, tolerance)
-    if at.model.reinforcements:
-        found = find_stable(at, tangent, begin, tolerance)
-        if not isinstance(found, str) and tangent.negative_pivots == 0:
-            return found
-    ratios = None if begin.gradients is None else volume_ratio(begin.gradients)
-    return minimise(at, tangent, begin.state, tolerance, ratios)
-
-
-def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
-    """Raise the load from rest: weights and plate loads first, under which the body sags, then the pressures.
-
-    Where it does not bear the first, all together.
-    """
-    loads, begin, state = at.loads, unloaded(at), rest(at.model)
-    if np.any(loads.acceleration) or np.any(loads.wrench):
-        sagging = replace(at, loads=unloaded(at).loads._replace(acceleration=loads.acceleration, wrench=loads.wrench))
-        # Relative to the full load: the forces of a small weight may be lost in rounding errors of the residual.
-        near = tolerance * max(1.0, applied_force(at, state) / applied_force(sagging, state))
-        sag = _raise(sagging, begin, state, tangent, before, near)
-        if not (np.any(loads.pressure) or np.any(loads.shift) or np.any(loads.held)):
-            return sag
-        # What does not bear its loads without its pressure may bear both together.
-        if isinstance(sag, Equilibrium):
-            begin, state = sagging, sag.state
-    return _raise(at, begin, state, tangent, before, tolerance)
-
-
-def _raise(
-    whole: Configuration, begin: Configuration, state: State, tangent: Tangent, before, tolerance: float
-) -> Equilibrium | NoEquilibrium:
-    """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too.
-
-    Every step begins where the state before it is predicted to lead.
-    """
-    at, ahead, residual, reached, reason = begin, None, 0.0, 0.0, ""
-    reshaped = not np.array_equal(whole.X, begin.X)
-    still = (np.array_equal(getattr(whole.loads, part), getattr(begin.loads, part)) for part in ("shift", "held"))
-    moving = reshaped or not all(still)
-    step = FIRST_RESHAPED if reshaped else FIRST_MOVED if moving else 1.0
-    smallest = SMALLEST_MOVE if moving else SMALLEST_FRACTION
-    while reached < 1.0:
-        fraction = min(1.0, reached + step)
-        # At the full load use the caller's own configuration, so that its factorisation is recognised.
-        part = part_way(begin, whole, fraction)
-        ahead = predict_change(at, tangent, state, whole) if ahead is None else ahead
-        start = between(state, ahead, (fraction - reached) / (1.0 - reached))
-        if moving and whole.model.contact is not None and (free := free_way(at, state, part, start)) < 1.0:
-            # What an obstacle presses on goes along with it.
-            fraction, start = reached + free * (fraction - reached), between(state, start, free)
-            part = part_way(begin, whole, fraction)
-        start = without_meeting(part, state, start)
-        with doing(_where(part, fraction)):
-            found = find_near(part, tangent, guess_after(at, state, part, start), tolerance)
-            if isinstance(found, str) and (step < smallest or (whole.model.contact is not None and not moving)):
-                # Near a limit load, and where surfaces come near, a prediction may lead farther away.
-                found = find_near(part, tangent, state, tolerance)
-        if isinstance(found, str):
-            reason, step = found, min(step, fraction - reached) / 2
-            if step < smallest / 2:
-                nearest = None if at is begin else read_off(at, tangent, state, 0.0, before)
-                return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, nearest)
-            continue
-        (state, residual), reached, at, ahead = found, fraction, part, None
-        step *= 1.5
-    return read_off(at, tangent, state, residual, before)
-
-
-def part_way(begin: Configuration, whole: Configuration, fraction: float) -> Configuration:
-    """The configuration at a fraction of the way from one to another; at its end the other one itself."""
-    if fraction == 1.0:
-        return whole
-    X = whole.X if whole.X is begin.X else between(begin.X, whole.X, fraction)
-    return replace(whole, X=X, loads=between(begin.loads, whole.loads, fraction))
-
-
-def without_meeting(at: Configuration, state: State, end: State) -> State:
-    """The state on the way from one to another before surfaces meet; the other one if they do not."""
-    model = at.model
-    if model.contact is None or end is state:
-        return end
-    vector = model.vector(state)
-    change = model.vector(end) - vector
-    return model.state(vector + free_share(at, vector, change) * change)
-
-
-def between(one, other, part: float):
-    """Interpolate or extrapolate linearly between two loads, or two states."""
-    return jax.tree.map(lambda a, b: a + part * (b - a), one, other)
-
-
-def _where(at: Configuration, fraction: float) -> str:
-    """The loads near which no equilibrium was found, in words."""
-    pressures = at.loads.pressure
-    if np.any(at.loads.shift):
-        return f"at {fraction:.2g} of the way of the obstacles"
-    if np.any(at.loads.held):
-        return f"at {fraction:.2g} of the way of the plate"
-    if not np.any(pressures):
-        return f"at {fraction:.2g} of the weight and the plate's loads"
-    return f"near {in_words(dict(zip(at.model.chambers, pressures, strict=True)))}"
 
 
 def in_words(pressures: Mapping[str, float]) -> str:

@@ -23,7 +23,8 @@ from pneumorph.mechanics.contact.obstacle import Obstacle
 from pneumorph.mechanics.contact.samples import sample_places
 from pneumorph.mechanics.elements.energy import Term
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest, solve
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, rest
+from pneumorph.mechanics.solve.search import solve
 from pneumorph.mechanics.solve.sweep import secant_start
 
 REACH = 1 / 20

@@ -34,8 +34,9 @@ from pneumorph.mechanics.solve.balance import (
     smallest_ratio,
     supported,
 )
-from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, in_words, read_off, solve
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, in_words, read_off
 from pneumorph.mechanics.solve.saddle import Iterate, metrics_along_step, reduced_with
+from pneumorph.mechanics.solve.search import solve
 
 TOLERANCE = 1e-8
 """Relative residual, over the norm of the applied forces, at which a point has converged."""

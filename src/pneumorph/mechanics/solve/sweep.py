@@ -12,8 +12,9 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.buckling import follow_stable, through
-from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, settled, solve
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, settled
 from pneumorph.mechanics.solve.path import diagnose
+from pneumorph.mechanics.solve.search import solve
 
 MOST, MOST_FROM_REST = 60, 400
 """Most factorisations of a step before stable states are followed in small ones, and of the first from rest."""
