@@ -36,7 +36,7 @@ from pneumorph.mechanics import (
     neo_hookean_rubber,
     solve,
 )
-from pneumorph.mechanics.assembly.model import with_terms
+from pneumorph.mechanics.assembly.build import with_terms
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.samples import surface_of

@@ -9,8 +9,7 @@ from records import entry, one_element
 
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import load
-from pneumorph.run import create
-from pneumorph.run.directory import StoredDesign
+from pneumorph.run import StoredDesign, create
 
 
 @pytest.fixture

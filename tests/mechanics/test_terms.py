@@ -13,8 +13,8 @@ from scipy import sparse
 from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model, configure, neo_hookean_rubber
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.assembly.build import with_terms
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
-from pneumorph.mechanics.assembly.model import with_terms
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Carried, Free, Resting
 from pneumorph.mechanics.contact.friction import Friction, Grip

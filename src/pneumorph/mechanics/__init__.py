@@ -2,8 +2,9 @@
 
 import pneumorph.kept
 import pneumorph.numerics  # noqa: F401 (before anything of jax and of the linear solver)
+from pneumorph.mechanics.assembly.build import build_model
 from pneumorph.mechanics.assembly.displacement import displacement
-from pneumorph.mechanics.assembly.model import Model, build_model
+from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.skin import Skin
 from pneumorph.mechanics.elements.kinematics import Guess, State, deformation_gradients, gradients_after

@@ -11,8 +11,9 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from pneumorph.errors import Hopeless
+from pneumorph.mechanics.assembly.build import build_model
 from pneumorph.mechanics.assembly.enclosed import Enclosed
-from pneumorph.mechanics.assembly.model import Model, build_model
+from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Free, gaps, resting
 from pneumorph.mechanics.contact.implicit import Implicit

@@ -1,8 +1,10 @@
 """Runs on disk."""
 
 from pneumorph.run.differences import differences, in_words
-from pneumorph.run.directory import RunDirectory, StoredDesign, create, open_run, resume
+from pneumorph.run.directory import RunDirectory
 from pneumorph.run.lock import locked
+from pneumorph.run.opening import create, open_run, resume
+from pneumorph.run.stored import StoredDesign
 
 __all__ = [
     "RunDirectory",

@@ -21,17 +21,14 @@ import numpy as np
 
 from pneumorph import atomic
 from pneumorph.errors import NotWritten, ProblemError
-from pneumorph.geometry import Body, Surface
+from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of
 from pneumorph.limits.table import in_history
-from pneumorph.problem import Problem, codes_of, keep, read
+from pneumorph.problem import Problem, codes_of, keep
 from pneumorph.problem.designed import designed
-from pneumorph.problem.reading import read_toml
 from pneumorph.results import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
-from pneumorph.results.arrays import floats
-from pneumorph.run.differences import differences, in_words
-from pneumorph.run.lock import NAME, locked
 from pneumorph.run.reading import complete_lines, read_arrays, read_json, reporting_damage
+from pneumorph.run.stored import StoredDesign, unpack_design
 
 Checkpoint = dict[str, Any]
 """Arrays and JSON values by name: what the design loop needs to resume."""
@@ -39,58 +36,18 @@ Checkpoint = dict[str, Any]
 MOST_DESIGNS = 10**6
 """Above all numbers of designs."""
 
-BEYOND = 100.0
-"""Farthest that a point of a stored design may lie from the origin, in lengths of the body."""
-
 FOLDERS = ("designs", "fields", "pictures")
 """Folders in which a run is written."""
 
 _NUMBERED = re.compile(r"([0-9]{1,9})\.npz")
-
-_LATER = {"margin": 1.0, "strain": "off"}
-"""Limits by default that runs of earlier versions do not have, and the values with which they are off."""
 
 _EPS = 1e-6
 """What rounding may put a value beyond its bounds, N/mm and rad."""
 
 
 @dataclass(frozen=True)
-class StoredDesign:
-    """One design as stored.
-
-    Attributes
-    ----------
-    exterior : ndarray, mm
-        Control points of the exterior, for a tube its net (n_r, n_q, 3).
-    chambers : dict of str to ndarray, mm
-        Those of every chamber, by its name in the problem.
-    pressures : dict of str to dict of str to float, MPa
-        Pressures by task, then by chamber.
-    """
-
-    exterior: np.ndarray
-    chambers: dict[str, np.ndarray]
-    pressures: dict[str, dict[str, float]]
-
-    @classmethod
-    def of(cls, body: Body, pressures: dict[str, dict[str, float]]) -> "StoredDesign":
-        """The stored form of a body and its pressures."""
-        exterior, *chambers = body.nets()
-        return cls(exterior, {each.name: net for each, net in zip(body.chambers, chambers, strict=True)}, pressures)
-
-    def body(self, problem: Problem) -> Body:
-        """The body of this design; `problem` is the one it was made for."""
-        return self.on(body_of(problem))
-
-    def on(self, start: Body) -> Body:
-        """The same from the body with which the run began."""
-        nets = [self.exterior, *(self.chambers[chamber.name] for chamber in start.chambers)]
-        return start.with_control_points(np.concatenate([net.reshape(-1, 3) for net in nets]))
-
-
-@dataclass(frozen=True)
 class RunDirectory:
-    """The directory of a run of `problem`. Made by `create`, `resume` and `open_run`."""
+    """The directory of a run of `problem`. Made by `create`, `resume` and `open_run` in `opening.py`."""
 
     path: Path
     problem: Problem
@@ -110,7 +67,7 @@ class RunDirectory:
         """
         iteration = entry.iteration
         with self._writing():
-            atomic.write_arrays(self._design_path(iteration), self._design_arrays(design), follow=False)
+            atomic.write_arrays(self._design_path(iteration), design.pack(self._tasks), follow=False)
             self.write_fields(iteration, fields)
             atomic.append_line(self.path / "history.jsonl", json.dumps(to_json(entry), allow_nan=False))
             atomic.write_arrays(self.path / "checkpoint.npz", _checkpoint_arrays(iteration, state))
@@ -129,7 +86,7 @@ class RunDirectory:
             return None
         with reporting_damage(path):
             stored = unpack_fields(read_arrays(path))
-            if set(stored.u) != self._tasks():
+            if set(stored.u) != set(self._tasks):
                 raise ValueError("its tasks are not those of the problem")
             return stored
 
@@ -146,7 +103,7 @@ class RunDirectory:
             return None
         with reporting_damage(path, "remove it and run with --resume"):
             stored = from_json(RunResult, read_json(path))
-            if set(stored.tasks) != self._tasks() or not self._tasks() <= set(stored.motions):
+            if set(stored.tasks) != set(self._tasks) or not set(self._tasks) <= set(stored.motions):
                 raise ValueError("its tasks are not those of the problem")
             return stored
 
@@ -207,21 +164,9 @@ class RunDirectory:
 
     def load_design(self, iteration: int) -> StoredDesign:
         """The design of an iteration; ProblemError if there is none."""
-        path, start = self._design_path(iteration), self._start
-        chambers = [chamber.name for chamber in start.chambers]
-        tasks = [task.name for task in self.problem.task]
-        most = BEYOND * float(np.abs(start.control_points()).max())
+        path = self._design_path(iteration)
         with reporting_damage(path):
-            arrays = read_arrays(path)
-            pressures = floats(arrays, "pressures", len(tasks), len(chambers))
-            return StoredDesign(
-                exterior=_net(arrays, "exterior", start.exterior, most),
-                chambers={each.name: _net(arrays, f"chamber_{each.name}", each, most) for each in start.chambers},
-                pressures={
-                    task: dict(zip(chambers, map(float, row), strict=True))
-                    for task, row in zip(tasks, pressures, strict=True)
-                },
-            )
+            return unpack_design(read_arrays(path), self._start, self._tasks)
 
     @cached_property
     def _start(self) -> Body:
@@ -231,8 +176,9 @@ class RunDirectory:
     def _limits(self) -> set[str]:
         return {key for _, key, _ in in_history(self.problem)}
 
-    def _tasks(self) -> set[str]:
-        return {task.name for task in self.problem.task}
+    @property
+    def _tasks(self) -> list[str]:
+        return [task.name for task in self.problem.task]
 
     def _lines(self) -> list[str]:
         with reporting_damage(self.path / "history.jsonl"):
@@ -244,7 +190,7 @@ class RunDirectory:
             entry = from_json(HistoryEntry, json.loads(text))
             if not 0 <= entry.iteration < MOST_DESIGNS:
                 raise ValueError(f"it is of design {entry.iteration}")
-            if set(entry.tasks) != self._tasks():
+            if set(entry.tasks) != set(self._tasks):
                 raise ValueError("its tasks are not those of the problem")
             if not self._has_data(entry.reinforcements):
                 raise ValueError("its sheets and fibres are not those of the problem")
@@ -290,12 +236,6 @@ class RunDirectory:
     def _keep_fields_of(self, iterations: tuple[int, ...]) -> None:
         self._remove("fields", lambda number: number not in iterations)
 
-    def _design_arrays(self, design: StoredDesign) -> dict[str, np.ndarray]:
-        chambers = [chamber.name for chamber in self._start.chambers]
-        rows = [[design.pressures[task.name][name] for name in chambers] for task in self.problem.task]
-        nets = {f"chamber_{name}": design.chambers[name] for name in chambers}
-        return {"exterior": design.exterior, **nets, "pressures": np.array(rows)}
-
     def begin(self) -> None:
         """Store the problem, and remove what is newer than the checkpoint, which an interruption left in part.
 
@@ -307,7 +247,7 @@ class RunDirectory:
             If the directory cannot be written.
         """
         with self._writing():
-            _store(self.path, self.problem)
+            store(self.path, self.problem)
             self._remove_unfinished()
 
     def _remove_unfinished(self) -> None:
@@ -329,103 +269,12 @@ class RunDirectory:
                     there.remove(name)
 
 
-def create(path: str | Path, problem: Problem) -> RunDirectory:
-    """Make a new run directory for `problem`; ProblemError if it exists and is not empty, or cannot be made."""
-    path = Path(path)
-    with _usable(path):
-        path.mkdir(parents=True, exist_ok=True)
-        if (path / NAME).exists() or _is_empty(path):
-            with locked(path):
-                if _is_empty(path):
-                    _store(path, problem)
-                    return RunDirectory(path, problem)
-        raise ProblemError(f"{path}: is not empty; add --resume to resume the run in it, or name another --out")
-
-
-def resume(path: str | Path, problem: Problem) -> RunDirectory:
-    """Open the directory of an interrupted run of `problem` for resuming; nothing is changed before it begins.
-
-    The number of iterations, and other keys that do not change what is designed (`HARMLESS`), may differ from those of
-    the interrupted run. Without a run in the directory a new one is made.
-
-    Raises
-    ------
-    ProblemError
-        If it contains a run of another problem, or other files but no run, or another run goes on in it. Nothing has
-        been changed then.
-    """
-    path = Path(path)
-    if not (path / "problem.toml").exists():
-        return create(path, problem)
-    stored = _problem_of(path)
-    if stored != problem and not differences(read(path / "problem.toml"), problem):
-        # A run goes on with the limits with which it began.
-        problem = problem.with_changes(_not_yet(path))
-    if keys := differences(stored, problem):
-        raise ProblemError(
-            f"{path}: contains a run of another problem ({in_words(keys)}); name another --out or use "
-            f"{path}/problem.toml"
-        )
-    with _usable(path), locked(path):
-        run = RunDirectory(path, problem)
-        run.latest()
-        run.check_folders()
-        return run
-
-
-def open_run(path: str | Path) -> RunDirectory:
-    """Open a run directory for reading; nothing in it is changed. ProblemError if it is not a run directory.
-
-    Code in its problem passes: `interface.open_run`, from which all get a run that may execute it, asks about that.
-    """
-    path = Path(path)
-    if not (path / "problem.toml").exists():
-        raise ProblemError(f"{path}: is not a run directory (no problem.toml in it); name the --out of a design")
-    return RunDirectory(path, _problem_of(path))
-
-
-def _problem_of(path: Path) -> Problem:
-    """The problem of a run, without the limits by default that came after it was made."""
-    problem = read(path / "problem.toml")
-    later = _not_yet(path)
-    return problem.with_changes(later) if later else problem
-
-
-def _not_yet(path: Path) -> dict[str, Any]:
-    """The limits by default that a run does not have, since it was made by an earlier version, and how they are off."""
-    given = read_toml(path / "problem.toml", str(path), "the problem file").get("limits", {})
-    return {f"limits.{key}": off for key, off in _LATER.items() if key not in given}
-
-
-def _store(path: Path, problem: Problem) -> None:
-    """Store the problem of a run."""
+def store(path: Path, problem: Problem) -> None:
+    """Store the problem of a run in its directory."""
     atomic.make_folder(path / "designs")
     atomic.write_bytes(path / "problem.toml", problem.to_toml().encode())
     # It is designed with: opening the run asks nothing.
     keep(codes_of(problem), str(path))
-
-
-def _is_empty(path: Path) -> bool:
-    return all(entry.name.startswith(".") for entry in path.iterdir())
-
-
-@contextmanager
-def _usable(path: Path) -> Iterator[None]:
-    """Raise ProblemError, one line, where a directory cannot be that of a run."""
-    try:
-        yield
-    except OSError as error:
-        raise ProblemError(
-            f"{path}: cannot be a run directory ({error.strerror or error}); name another --out"
-        ) from None
-
-
-def _net(arrays: dict[str, np.ndarray], name: str, start: Surface, most: float) -> np.ndarray:
-    """A stored control net, of the shape that it had at the start, and with an extent in every direction."""
-    net = floats(arrays, name, *start.shape, 3, most=most)
-    if not np.ptp(net.reshape(-1, 3), axis=0).min() > 0.0:
-        raise ValueError(f'"{name}" is no body: its points lie in a plane')
-    return net.astype(float)
 
 
 def _checkpoint_arrays(iteration: int, state: Checkpoint) -> dict[str, np.ndarray]:

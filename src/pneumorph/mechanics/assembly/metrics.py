@@ -7,8 +7,9 @@ from typing import cast
 
 import numpy as np
 
+from pneumorph.mechanics.assembly.build import near_tip
 from pneumorph.mechanics.assembly.displacement import Displacement, displacement
-from pneumorph.mechanics.assembly.model import Model, near_tip
+from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import Group, Potential, value_and_residual
 from pneumorph.mechanics.elements.energy import ElementEnergy
 from pneumorph.mechanics.elements.kinematics import State

@@ -13,8 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from pneumorph.mechanics.assembly.build import with_more
 from pneumorph.mechanics.assembly.displacement import displacement
-from pneumorph.mechanics.assembly.model import Model, with_more
+from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import poses
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.contact import Contact

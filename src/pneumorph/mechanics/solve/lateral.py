@@ -18,8 +18,9 @@ from itertools import combinations
 
 import numpy as np
 
+from pneumorph.mechanics.assembly.build import with_fixed
 from pneumorph.mechanics.assembly.displacement import Displacement
-from pneumorph.mechanics.assembly.model import Model, with_fixed
+from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.elements.kinematics import State

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.mechanics.assembly.model import Model, build_model
+from pneumorph.mechanics.assembly.build import build_model
+from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.samples import surface_of
