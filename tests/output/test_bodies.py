@@ -21,7 +21,7 @@ from pneumorph.output.bodies import bodies_figure
 from pneumorph.output.cuts import asked_view, task_view, view_of
 from pneumorph.output.figures import PAGE
 from pneumorph.output.scenes import scenes_of
-from pneumorph.output.section import cut_alike, cut_open, outline
+from pneumorph.output.section import cut_open, outline
 from pneumorph.output.sheet import sheet_figure
 from pneumorph.output.shell import shell_of
 from pneumorph.output.view import Job, Panel, Shape, Shell, View
@@ -117,7 +117,7 @@ def test_fingers_are_cut_in_their_mirror_plane(example, cut):
 @pytest.mark.parametrize(("cut", "axis", "sense"), [("yz", 0, -1), ("xz", 1, 1), ("xy", 2, -1)])
 def test_a_cut_at_a_place_is_there_and_its_front_is_removed(problem, mesh, cut, axis, sense):
     view = asked_view(problem, cut, 2.0)
-    skin, face, rim = cut_open(Shape(mesh, np.zeros_like(mesh.points)), view.normal, view.offset)
+    skin, face, rim = cut_open([Shape(mesh, np.zeros_like(mesh.points))], view.normal, view.offset)[0]
     for part in (face, rim):
         np.testing.assert_allclose(part.points[:, axis], 2.0, atol=5e-3)
     assert (sense * (skin.points[:, axis] - 2.0)).min() > -5e-3
@@ -129,8 +129,8 @@ def test_a_cut_at_a_place_is_there_and_its_front_is_removed(problem, mesh, cut, 
 def test_states_of_a_mesh_are_cut_together_as_each_alone(mesh):
     normal = np.array([0.0, 1.0, 0.0])
     states = [Shape(mesh, part * mesh.points, 1.0 + part * mesh.points[:, 2]) for part in (0.0, 0.2)]
-    for together, shape in zip(cut_alike(states, normal, 0.0), states, strict=True):
-        for one, other in zip(together, cut_open(shape, normal, 0.0), strict=True):
+    for together, shape in zip(cut_open(states, normal, 0.0), states, strict=True):
+        for one, other in zip(together, cut_open([shape], normal, 0.0)[0], strict=True):
             np.testing.assert_array_equal(one.points, other.points)
             np.testing.assert_array_equal(one.point_data["field"], other.point_data["field"])
             assert one.n_cells == other.n_cells > 0
@@ -138,7 +138,7 @@ def test_states_of_a_mesh_are_cut_together_as_each_alone(mesh):
 
 def test_a_body_that_is_not_cut_is_whole(mesh):
     shape = Shape(mesh, np.zeros_like(mesh.points))
-    skin, face, rim = cut_open(shape, np.array([0.0, 1.0, 0.0]), None)
+    skin, face, rim = cut_open([shape], np.array([0.0, 1.0, 0.0]), None)[0]
     assert face.n_points == rim.n_points == 0 == len(outline(shape, np.array([0.0, 1.0, 0.0]), None))
     assert skin.points[:, 1].min() == pytest.approx(-8.0, abs=1e-2) and skin.points[:, 1].max() == pytest.approx(
         8, abs=1e-2
@@ -167,7 +167,7 @@ def test_a_shell_is_closed_and_encloses_the_rubber(ends):
 
 def test_a_shell_is_cut_like_a_mesh(problem):
     shell = shell_of(starting_body(problem.tubes))
-    skin, face, rim = cut_open(shell, np.array([0.0, 1.0, 0.0]), 0.0)
+    skin, face, rim = cut_open([shell], np.array([0.0, 1.0, 0.0]), 0.0)[0]
     assert np.abs(face.points[:, 1]).max() < 2e-3 and skin.points[:, 1].min() > -1e-6
     assert face.area == pytest.approx(24.0 * 16.0 - 18.0 * 8.0, rel=1e-2)
     assert rim.compute_cell_sizes()["Length"].sum() == pytest.approx(2 * (24 + 16) + 2 * (18 + 8), rel=1e-2)

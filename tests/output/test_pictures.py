@@ -190,7 +190,7 @@ def test_stretch_of_a_uniform_stretch(mesh):
 
 def test_the_halves_of_a_body(mesh):
     moved = Shape(mesh, np.tile([0.0, 5.0, 0.0], (len(mesh.points), 1)), mesh.points[:, 2])
-    skin, face, rim = cut_open(moved, np.array([0.0, 1.0, 0.0]))
+    skin, face, rim = cut_open([moved], np.array([0.0, 1.0, 0.0]), 0.0)[0]
     assert skin.points[:, 1].min() == pytest.approx(5.0, abs=2e-3)
     assert np.abs(face.points[:, 1] - 5.0).max() < 2e-3
     assert face.area == pytest.approx(24.0 * 16.0 - 18.0 * 8.0, rel=2e-3)

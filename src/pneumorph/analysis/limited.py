@@ -19,7 +19,16 @@ longer by up to 2 % than they are allowed, and are rejected if they are."""
 
 
 def motion_sizes(disc: Discretisation, analysis: Analysis, name: str, tasks: Iterable[str]) -> dict[str, float]:
-    """How large a motion of the tip is in tasks, in mm or degrees; see `objective.limited`."""
+    """How large a motion of the tip is in tasks, in mm or degrees; see `objective.limited`.
+
+    Parameters
+    ----------
+    disc, analysis : the mesh of the design, and its analysis.
+    name : str
+        Of the motion, a key of `LIMITED`.
+    tasks : iterable of str
+        Their names.
+    """
     # Its square is the sum of the squared components.
     return {
         task: float(np.sqrt(LIMITED[name].at(disc.model, analysis.configurations[task].X, _state(analysis, task))))
@@ -41,12 +50,12 @@ def motion_rows(
     rows = []
     for task in tasks:
         at, equilibrium = analysis.configurations[task], analysis.equilibria[task]
-        found = residual_jacobian(at, disc.tangents[task], equilibrium, LIMITED[name])
+        jacobian = residual_jacobian(at, disc.tangents[task], equilibrium, LIMITED[name])
         slopes = [
             space.pullback(disc.morph.pullback(X), {task: dict(zip(disc.model.chambers, by_p, strict=True))}, by_data)
-            for X, by_p, by_data in zip(found.X, found.pressure, found.reinforcement, strict=True)
+            for X, by_p, by_data in zip(jacobian.X, jacobian.pressure, jacobian.reinforcement, strict=True)
         ]
-        rows.append(all_round(found.residuals, np.array(slopes)))
+        rows.append(all_round(jacobian.residuals, np.array(slopes)))
     return _joined(rows)
 
 
@@ -69,14 +78,14 @@ def sensitivities(disc: Discretisation, analysis: Analysis, motions: Mapping[str
     disc, analysis : the mesh of the design, and its analysis.
     motions : by task.
     """
-    found = {}
+    largest = {}
     for task, names in motions.items():
         at, tangent, state = analysis.configurations[task], disc.tangents[task], _state(analysis, task)
         rates = [
             abs(rate) for name in names for rate in pressure_rates(at, tangent, state, COMPONENTS[name], EXACT).values()
         ]
-        found[task] = max(rates, default=0.0)
-    return found
+        largest[task] = max(rates, default=0.0)
+    return largest
 
 
 def sensitivity_rows(

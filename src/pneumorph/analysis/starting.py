@@ -92,10 +92,10 @@ def analyse_start(
             with doing("finding out whether the body bears its loads without pressure"):
                 _require_bearing(problem, space, disc, phi, index, beam)
     most = MOST if doubted else math.inf
-    found = analyse(problem, space, disc, phi, tolerance=tolerance, most=most, explain=not doubted)
-    if isinstance(found, NoEquilibrium):
-        raise Hopeless("; ".join([f"the start cannot be analysed: {found.reason}", *doubted.values()]))
-    return found
+    analysis = analyse(problem, space, disc, phi, tolerance=tolerance, most=most, explain=not doubted)
+    if isinstance(analysis, NoEquilibrium):
+        raise Hopeless("; ".join([f"the start cannot be analysed: {analysis.reason}", *doubted.values()]))
+    return analysis
 
 
 def _require_bearing(

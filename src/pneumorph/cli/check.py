@@ -60,12 +60,12 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
             say(f"symmetry  {sentence}")
     for sentence in doubts(asked):
         say(f"warning   {sentence}", "red")
-    found = collect_task_results(at.disc, at.analysis)
+    results = collect_task_results(at.disc, at.analysis)
     for task in asked.task:
-        motion = task.objective.achieved(found[task.name])
+        motion = task.objective.achieved(results[task.name])
         pressures = format_pressures(at.analysis.pressures[task.name])
         say(f"task      {task.name}: {motion.word} {motion.beside_target} at {pressures}")
-        for sentence in warnings_of(rubbers_of(asked), found[task.name]):
+        for sentence in warnings_of(rubbers_of(asked), results[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
     violated = 0
     simulated_only = _why_not_designed(asked)
@@ -98,7 +98,7 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
     if violated:
         limits = "1 limit is" if violated == 1 else f"{violated} limits are"
         say(f"{limits} violated by this body; a design run begins by bringing it within them.", "red")
-    doubtful = [name for name, each in found.items() if each.self_intersecting or not each.stable]
+    doubtful = [name for name, each in results.items() if each.self_intersecting or not each.stable]
     sound = "The problem is sound" if not doubtful else f"The start of task {doubtful[0]} is doubtful, see the warning,"
     if quick:
         say(f"{sound.rstrip(',')}; its gradient was not tested.")

@@ -51,9 +51,9 @@ def columns_of(problem: Problem, width: int, verbose: bool) -> list[Column]:
     most_used = [Column("most used limit", max(17, widest), lambda entry: _most_used(problem, entry))]
     for shown in (limits, most_used):
         for count in range(len(rest), -1, -1):
-            found = [*always, *shown, *rest[:count]]
-            if width_of(found) <= width:
-                return found
+            columns = [*always, *shown, *rest[:count]]
+            if width_of(columns) <= width:
+                return columns
     return [*always, *most_used]
 
 

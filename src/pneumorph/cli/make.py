@@ -65,6 +65,6 @@ def make(run: Path, design: int | None, out: Path | None, chord: str, trust: boo
 def _table(checks: Any) -> Table:
     table = Table("file", "check", "found", "allowed", "", box=None, header_style="bold")
     for check in checks:
-        found, limit = (f"{value:.3g} {check.unit}".strip() for value in (check.value, check.limit))
-        table.add_row(check.file, check.what, found, limit, "ok" if check.passed else "[red]FAILED[/red]")
+        shown, limit = (f"{value:.3g} {check.unit}".strip() for value in (check.value, check.limit))
+        table.add_row(check.file, check.what, shown, limit, "ok" if check.passed else "[red]FAILED[/red]")
     return table

@@ -138,14 +138,14 @@ def fit_(
 
 def _weights(entries: list[str]) -> dict[str, float]:
     """Weights of modes, as in planar=0.5."""
-    found = {}
+    weights = {}
     for entry in entries:
         name, _, text = entry.partition("=")
         weight = number(text, ".")
         if name not in MODES or weight is None:
             raise ProblemError(f'--weight: "{entry}" is not a mode and a number; write e.g. planar=0.5')
-        found[name] = weight
-    return found
+        weights[name] = weight
+    return weights
 
 
 def _row(one: Fit) -> str:

@@ -60,12 +60,12 @@ def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Tab
     """Task by name: its motion at the start and at the end, the pressures, and what is to be known of its state."""
     table = _table("task", "", "start", "best", "pressure", "state")
     for task in problem.task:
-        found = result.tasks[task.name]
-        before, after = task.objective.achieved(start.tasks[task.name]), task.objective.achieved(found)
-        state = Text("stable") if found.stable else Text(f"not stable {MARK}", style="red")
-        if found.self_intersecting:
+        ended = result.tasks[task.name]
+        before, after = task.objective.achieved(start.tasks[task.name]), task.objective.achieved(ended)
+        state = Text("stable") if ended.stable else Text(f"not stable {MARK}", style="red")
+        if ended.self_intersecting:
             state.append(f", self-intersecting {MARK}", style="red")
-        shown = (f"{before} →", Text(after.beside_target, style="bold"), format_pressures(found.pressures))
+        shown = (f"{before} →", Text(after.beside_target, style="bold"), format_pressures(ended.pressures))
         table.add_row(task.name, after.word, *shown, state)
     return table
 

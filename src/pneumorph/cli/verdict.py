@@ -13,14 +13,14 @@ from pneumorph.results.targets import Reached, distances, targets_reached
 
 def verdict(problem: Problem, history: Sequence[HistoryEntry]) -> Text:
     """Whether the targets are reached; where no task has one, what the first task achieves."""
-    found = targets_reached(problem, history)
-    if not found:
+    reached = targets_reached(problem, history)
+    if not reached:
         task = problem.task[0]
         done = task.objective.achieved(history[-1].tasks[task.name])
         more = f", and {len(problem.task) - 1} more below" if len(problem.task) > 1 else ""
         return Text(f"\nNo target was stated; {task.name}: {done.word} of {done}{more}.", style="bold")
-    said = [_sentence(problem, name, each, history) for name, each in found.items()]
-    return Text("\n" + " ".join(said), style="bold red" if Reached.NO in found.values() else "bold")
+    said = [_sentence(problem, name, each, history) for name, each in reached.items()]
+    return Text("\n" + " ".join(said), style="bold red" if Reached.NO in reached.values() else "bold")
 
 
 def all_reached(reached: Mapping[str, Reached]) -> bool:

@@ -29,9 +29,9 @@ def design_text(problem: Problem, iteration: int, entry: HistoryEntry | None, pr
     if entry is None:
         return "\n".join([*lines, f"  not analysed yet; {_tasks(pressures)}"])
     for task in problem.task[:MOST]:
-        found = entry.tasks[task.name]
-        motion, state = task.objective.achieved(found), "stable" if found.stable else "not stable"
-        at = format_pressures(found.pressures)
+        result = entry.tasks[task.name]
+        motion, state = task.objective.achieved(result), "stable" if result.stable else "not stable"
+        at = format_pressures(result.pressures)
         lines.append(f"  {task.name}: {motion.word} {motion.beside_target} at {at}, {state}")
     lines += _more(len(problem.task), "tasks")
     kept = "all limits satisfied" if entry.held else "not all limits satisfied"
@@ -68,9 +68,9 @@ def sweep_text(steps: Sequence[SweepStep], seconds: float) -> str:
     steps : of all its curves.
     seconds : that it took.
     """
-    found = [step for step in steps if step.converged]
-    lines = [f"sweep of {len(steps)} steps, {len(found)} with an equilibrium, in {format_duration(seconds)}"]
-    for step in found[-MOST:]:
+    converged = [step for step in steps if step.converged]
+    lines = [f"sweep of {len(steps)} steps, {len(converged)} with an equilibrium, in {format_duration(seconds)}"]
+    for step in converged[-MOST:]:
         moved = (motion_amount(name, 1.0, step) for name in MOTIONS)
         told = ", ".join(f"{amount.word} {amount}" for amount in moved if abs(amount.value) >= 5e-3)
         lines.append(f"  {format_pressures(step.pressures)}: {told or 'no motion'}")

@@ -81,8 +81,8 @@ class ShapeLimits:
 
     def certify(self, body: Body) -> LimitReport:
         """The certified worst values of all limits; distances without the margin."""
-        found = certify(self.kinds, self.enclosed(body))
-        return replace(found, readings=tuple(map(self._without_margin, found.readings)))
+        report = certify(self.kinds, self.enclosed(body))
+        return replace(report, readings=tuple(map(self._without_margin, report.readings)))
 
     def _without_margin(self, reading: LimitReading) -> LimitReading:
         if reading.limit not in (WALL.name, FOLD.name) or not self.margin:

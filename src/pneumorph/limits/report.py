@@ -148,16 +148,16 @@ def _readings(body: EnclosedBody, tallies: Mapping[str, Tally]) -> list[LimitRea
         alike = [tally for tally in tallies.values() if tally.limit.word == word]
         limit, bound = alike[0].limit, alike[0].bound
         upper, worst = max(tally.upper for tally in alike), max(tally.worst for tally in alike)
-        found = max(alike, key=lambda tally: tally.worst)
-        x, y, z = body.position(found.surface, found.at[None])[0].tolist()
+        worst_one = max(alike, key=lambda tally: tally.worst)
+        x, y, z = body.position(worst_one.surface, worst_one.at[None])[0].tolist()
         readings.append(
             LimitReading(
                 limit=limit.name,
                 value=limit.sign * upper,
                 bound=bound,
-                surface=body.body.surfaces[found.surface].name,
-                q=float(found.at[0]),
-                r=float(found.at[1]),
+                surface=body.body.surfaces[worst_one.surface].name,
+                q=float(worst_one.at[0]),
+                r=float(worst_one.at[1]),
                 # Nothing is attained if all pieces are farther apart than the largest distance that is measured.
                 attained=limit.sign * min(worst, upper),
                 scale=alike[0].scale,

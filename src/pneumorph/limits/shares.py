@@ -32,10 +32,10 @@ class Usage(NamedTuple):
 
 def usage(kinds: Sequence[Kind[Sampled, Any, Any]], at: Sampled) -> list[Usage]:
     """The share of the nearest limit used everywhere on each surface of a body, the exterior first."""
-    found = []
+    usages = []
     for number in range(len(at.body.surfaces)):
         used = {name: at.pooled(number, share) for kind in kinds for name, share in kind.shares(at, number)}
         none = np.zeros_like(next(iter(used.values())))
         shares = np.stack([used.get(name, none) for name in NAMES])
-        found.append(Usage(shares.max(axis=0), shares.argmax(axis=0)))
-    return found
+        usages.append(Usage(shares.max(axis=0), shares.argmax(axis=0)))
+    return usages

@@ -166,10 +166,19 @@ def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:
 
 
 def shells_are(name: str, shape: TopoDS_Shape, solids: int, shells: int) -> Check:
-    """Whether a shape from a file has so many solids, and so many shells, which are closed."""
-    found = list(map(TopoDS.Shell, parts_of(shape, TopAbs_ShapeEnum.TopAbs_SHELL)))
-    wrong = abs(len(parts_of(shape, TopAbs_ShapeEnum.TopAbs_SOLID)) - solids) + abs(len(found) - shells)
-    wrong += sum(not BRep_Tool.IsClosed_s(shell) for shell in found)
+    """Whether a shape from a file has so many solids, and so many shells, which are closed.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    shape : TopoDS_Shape
+    solids, shells : int
+        How many there should be.
+    """
+    of_shape = list(map(TopoDS.Shell, parts_of(shape, TopAbs_ShapeEnum.TopAbs_SHELL)))
+    wrong = abs(len(parts_of(shape, TopAbs_ShapeEnum.TopAbs_SOLID)) - solids) + abs(len(of_shape) - shells)
+    wrong += sum(not BRep_Tool.IsClosed_s(shell) for shell in of_shape)
     return Check(name, "open, missing or surplus shells", wrong, 0)
 
 

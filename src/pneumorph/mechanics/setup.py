@@ -129,12 +129,12 @@ def model_of(problem: Problem, mesh: TetMesh, rubbers: Mapping[str, Rubber] | No
 
 def seals_of(problem: Problem) -> dict[str, SealPressure]:
     """The planes on which the rims of chambers lie, by the names of these chambers."""
-    found = {}
+    seals = {}
     for chamber in problem.body.chamber:
         for number, spec in enumerate(problem.obstacle):
             if isinstance(spec, PlaneSpec) and spec.name == getattr(chamber, "seal", None):
-                found[chamber.name] = SealPressure(np.array(spec.point), np.array(spec.normal), np.array(number))
-    return found
+                seals[chamber.name] = SealPressure(np.array(spec.point), np.array(spec.normal), np.array(number))
+    return seals
 
 
 def reinforcement_of(spec: ReinforcementSpec, shear_modulus: float, size: float) -> Reinforcement:

@@ -44,10 +44,10 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
         try:
             analysis = analyse_start(problem, space, disc, feasible.phi)
         except Hopeless:
-            found = _at_lower_pressures(setup, disc, feasible.phi)
-            if found is None:
+            lower = _at_lower_pressures(setup, disc, feasible.phi)
+            if lower is None:
                 raise
-            analysis = found
+            analysis = lower
             yield BegunLower(analysis.pressures)
     _require_contact(problem, disc, analysis)
     with clock.phase("equilibrium"):
@@ -64,9 +64,9 @@ def _at_lower_pressures(setup: Setup, disc: Discretisation, phi: np.ndarray) -> 
     for share in LOWER if np.any(phi[own] > least) else ():
         lowered = phi.copy()
         lowered[own] = least + share * (phi[own] - least)
-        found = analyse(setup.problem, space, disc, lowered, most=setup.settings.trial.most_in_contact)
-        if isinstance(found, Analysis):
-            return found
+        analysis = analyse(setup.problem, space, disc, lowered, most=setup.settings.trial.most_in_contact)
+        if isinstance(analysis, Analysis):
+            return analysis
     return None
 
 

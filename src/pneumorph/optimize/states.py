@@ -63,8 +63,8 @@ def _of_motion(name: str) -> StateKind:
 
 def _of_sensitivity(kind: str) -> StateKind:
     def values(disc: Discretisation, analysis: Analysis, of: Limited) -> dict[str, float]:
-        found = sensitivities(disc, analysis, of.own_motions(kind))
-        return {task: PER_KPA * rate for task, rate in found.items()}
+        largest = sensitivities(disc, analysis, of.own_motions(kind))
+        return {task: PER_KPA * rate for task, rate in largest.items()}
 
     def slopes(
         space: DesignSpace, disc: Discretisation, analysis: Analysis, of: Limited

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pyvista as pv
 
-from pneumorph.output.section import Opened, cut_alike
+from pneumorph.output.section import Opened, cut_open
 from pneumorph.output.view import (
     COLOURS,
     COVERING,
@@ -49,7 +49,7 @@ def opened(panels: Sequence[Panel]) -> Iterator[Opened]:
     for number, panel in enumerate(panels):
         if number not in cut:
             alike = [other for other in range(number, len(panels)) if _alike(panel, panels[other])]
-            parts = cut_alike([panels[other].shape for other in alike], panel.view.normal, panel.view.offset)
+            parts = cut_open([panels[other].shape for other in alike], panel.view.normal, panel.view.offset)
             cut |= dict(zip(alike, parts, strict=True))
         yield cut.pop(number)
 

@@ -41,15 +41,15 @@ def with_faces(body: pv.UnstructuredGrid, mesh: TetMesh) -> pv.UnstructuredGrid:
     sizes = [len(mesh.tets), *map(len, mesh.faces.values())]
     cells = {pv.CellType.QUADRATIC_TETRA: mesh.tets}
     cells[pv.CellType.QUADRATIC_TRIANGLE] = np.concatenate(list(mesh.faces.values()))
-    found = pv.UnstructuredGrid(cells, np.array(body.points))
+    grid = pv.UnstructuredGrid(cells, np.array(body.points))
     for name, values in body.point_data.items():
-        found.point_data[name] = values
+        grid.point_data[name] = values
     which = np.repeat(np.arange(len(sizes)), sizes)
     for name, values in body.cell_data.items():
-        found.cell_data[name] = np.concatenate([values, np.full(len(which) - len(values), -1)])
+        grid.cell_data[name] = np.concatenate([values, np.full(len(which) - len(values), -1)])
     for number, name in enumerate(mesh.faces, 1):
-        found.cell_data[name] = (which == number).astype(np.int8)
-    return found
+        grid.cell_data[name] = (which == number).astype(np.int8)
+    return grid
 
 
 def deformed(problem: Problem, fields: Fields, task: str) -> pv.UnstructuredGrid:

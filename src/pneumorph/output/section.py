@@ -32,17 +32,12 @@ class Opened(NamedTuple):
     rim: pv.PolyData
 
 
-def cut_open(shape: Shape | Shell, normal: np.ndarray, offset: float | None = 0.0) -> Opened:
-    """Cut a body open and deform it by u.
+def cut_open(shapes: Sequence[Shape | Shell], normal: np.ndarray, offset: float | None) -> list[Opened]:
+    """Cut states of one body open, which are cut once for all, and deform each by its u.
 
     The part towards which `normal` (3,) points is kept, all of it if `offset` is None. The plane is one of the body at
     rest, `offset` mm from the origin, so the cut is through the same material for every motion.
     """
-    return cut_alike([shape], normal, offset)[0]
-
-
-def cut_alike(shapes: Sequence[Shape | Shell], normal: np.ndarray, offset: float | None) -> list[Opened]:
-    """Cut several states of one mesh open, which are cut once for all; see `cut_open`."""
     first = shapes[0]
     if isinstance(first, Shell):
         return [_cut_shell(shape, normal, offset) for shape in shapes if isinstance(shape, Shell)]

@@ -31,7 +31,7 @@ def faults_of(error: ValidationError) -> list[tuple[str, str]]:
     """Key and reason of everything that the models refused."""
     errors = error.errors()
     # A list with an invalid entry is also reported as too short; leave that report out.
-    within = {found["loc"][:length] for found in errors for length in range(len(found["loc"]))}
+    within = {each["loc"][:length] for each in errors for length in range(len(each["loc"]))}
     return [_fault(error) for error in errors if error["type"] != "too_short" or error["loc"] not in within]
 
 

@@ -80,10 +80,10 @@ class Selection(Table):
 
 
 def _plane(key: str, text: str) -> tuple[int, float]:
-    found = _PLANE.fullmatch(text)
-    if found is None:
+    match = _PLANE.fullmatch(text)
+    if match is None:
         raise InvalidKey(key, f'"{short(text)}" is not a plane; write e.g. {key} = "z = 0 mm"')
-    axis, at = found.groups()
+    axis, at = match.groups()
     try:
         return "xyz".index(axis), 0.0 if re.fullmatch(r"[+-]?0+(\.0*)?", at) else _LENGTH.read(at)
     except ValueError as error:
@@ -257,15 +257,15 @@ class SolidSpec(Table):
         """From where to where each chamber is along a normal (3,), mm."""
         faces = self.outline
         along = faces.points @ normal
-        own = [along[faces.triangles[found.triangles]] for found in self.parts.chambers.values()]
+        own = [along[faces.triangles[chamber.triangles]] for chamber in self.parts.chambers.values()]
         return [(float(each.min()), float(each.max())) for each in own]
 
     def opened(self, normal: np.ndarray, place: float) -> float:
         """The area in mm² of the chambers in a plane at a place on its normal (3,)."""
         faces = self.outline
         return sum(
-            section_area(faces.points[faces.triangles[found.triangles, :3]], normal, place)
-            for found in self.parts.chambers.values()
+            section_area(faces.points[faces.triangles[chamber.triangles, :3]], normal, place)
+            for chamber in self.parts.chambers.values()
         )
 
     @property
@@ -297,12 +297,12 @@ class SolidSpec(Table):
 @lru_cache(maxsize=8)
 def _ends(body: SolidSpec) -> tuple[np.ndarray, np.ndarray]:
     faces, parts = body.outline, body.parts.triangles
-    found = []
+    centres = []
     for name in ("base", "tip"):
         corners = faces.points[faces.triangles[parts[name], :3]]
         areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-        found.append(np.average(corners.mean(axis=1), axis=0, weights=areas))
-    return found[0], found[1]
+        centres.append(np.average(corners.mean(axis=1), axis=0, weights=areas))
+    return centres[0], centres[1]
 
 
 def require_one_solid(body: BodySpec | SolidSpec, regions: Sequence[Region]) -> None:

@@ -114,25 +114,25 @@ def _scale(shore: Any) -> str:
 
 def _of_hardness(shore: Any) -> tuple[float, str]:
     """Shear modulus in MPa of a hardness, and how it was found."""
-    found = re.fullmatch(r"(?:SHORE )?(\S+?) ?(\d+(?:\.\d+)?)", _scale(shore)) if isinstance(shore, str) else None
-    if found and found[1] == "D":
+    match = re.fullmatch(r"(?:SHORE )?(\S+?) ?(\d+(?:\.\d+)?)", _scale(shore)) if isinstance(shore, str) else None
+    if match and match[1] == "D":
         raise InvalidKey(
             "shore",
             "is a hardness on the scale D, of hard plastics, which no soft actuator is made of; give the hardness on "
             'the scale A, e.g. shore = "A 30", or youngs_modulus and poisson',
         )
-    if found and found[1] in ("00", "OO", "0", "O"):
+    if match and match[1] in ("00", "OO", "0", "O"):
         raise InvalidKey(
             "shore",
-            f"{found[1]} is a scale without a relation to a modulus that soft silicones keep to; take a rubber of the "
+            f"{match[1]} is a scale without a relation to a modulus that soft silicones keep to; take a rubber of the "
             "library (pneumorph material list), or give shear_modulus",
         )
-    if found is None or found[1] != "A" or not 5.0 <= float(found[2]) <= 90.0:
+    if match is None or match[1] != "A" or not 5.0 <= float(match[2]) <= 90.0:
         raise InvalidKey("shore", f'"{short(str(shore))}" is no hardness from A 5 to A 90; write e.g. shore = "A 30"')
     middle, least, most = MEASURED
     low, high = (100.0 * (end / middle - 1.0) for end in (least, most))
     return (
-        middle * gent(float(found[2])) / 3.0,
-        f"Shore A {found[2]}: {middle:g} times Gent's relation (1958), the median of ten silicones measured by "
+        middle * gent(float(match[2])) / 3.0,
+        f"Shore A {match[2]}: {middle:g} times Gent's relation (1958), the median of ten silicones measured by "
         f"Marechal et al., Soft Robotics 8 (2021) 284; single ones are from {low:.0f} % to +{high:.0f} % of it",
     )

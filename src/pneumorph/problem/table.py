@@ -171,7 +171,7 @@ class Table(BaseModel):
             )
         except ValidationError as error:
             return [
-                InitErrorDetails(type=found["type"], loc=found["loc"], input=found["input"], ctx=found.get("ctx", {}))
-                for found in error.errors()
+                InitErrorDetails(type=each["type"], loc=each["loc"], input=each["input"], ctx=each.get("ctx", {}))
+                for each in error.errors()
             ]
         return []

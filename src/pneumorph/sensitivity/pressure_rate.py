@@ -82,7 +82,7 @@ def rate_slopes(
         stiff = products.tangent_product(potential, at.X, there, loads, w)
         return by_X - shape, jax.tree.map(np.negative, acting), jax.tree.map(np.subtract, by_state, stiff)
 
-    found = {}
+    rates = {}
     for number, chamber in enumerate(model.chambers):
         rise = jax.tree.map(lambda load: np.zeros(np.shape(load)), at.loads)
         rise = rise._replace(pressure=np.eye(len(model.chambers))[number])
@@ -98,13 +98,13 @@ def rate_slopes(
         z = _solution(at, tangent, state, by_state, accuracy)
         ((shape, through),) = products.pullback(potential, at.X, state, at.loads, [z])
         by_pressure = acting.pressure - np.asarray(through.pressure)
-        found[chamber] = PressureRate(
+        rates[chamber] = PressureRate(
             value,
             direct - shape,
             dict(zip(model.chambers, map(float, by_pressure), strict=True)),
             acting.reinforcement - np.asarray(through.reinforcement),
         )
-    return found
+    return rates
 
 
 def _solution(at: Configuration, tangent: Tangent, state: State, seed: State, accuracy: float) -> State:

@@ -43,10 +43,10 @@ def _leaves(changes: Mapping[str, Any], before: str = "") -> Iterator[tuple[str,
 def _column(key: str, values: Sequence[Any]) -> tuple[str, list[Any]]:
     """Heading and values of a change: numbers, the unit in the heading, where all members have the same unit."""
     split = [units.split(value) for value in values]
-    found = {each[1] for each in split if each is not None}
-    if len(found) != 1 or any((each is None) is not (value is None) for value, each in zip(values, split, strict=True)):
+    given = {each[1] for each in split if each is not None}
+    if len(given) != 1 or any((each is None) is not (value is None) for value, each in zip(values, split, strict=True)):
         return key, list(values)
-    return f"{key} ({found.pop()})", [each and each[0] for each in split]
+    return f"{key} ({given.pop()})", [each and each[0] for each in split]
 
 
 def _row(member: Member, directory: Path) -> dict[str, Any]:

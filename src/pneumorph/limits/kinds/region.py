@@ -105,8 +105,8 @@ class Inside:
     def smooth(self, at: SmoothBody) -> dict[str, Any]:
         if self.limit.read(at.spec) is None:
             return {}
-        found = [self._c(at.spec, at.length, x) for cavity, x in at.positions() if cavity == self.cavities]
-        return {self.limit.name: at.joined(found)} if found else {}
+        parts = [self._c(at.spec, at.length, x) for cavity, x in at.positions() if cavity == self.cavities]
+        return {self.limit.name: at.joined(parts)} if parts else {}
 
     def _surfaces(self, body: Body, spec: Limits) -> list[int]:
         """Indices of the surfaces that are kept in the region."""

@@ -47,21 +47,21 @@ _SAMPLES = np.array(
 
 def points_of(surfaces: Sequence[LatticeSurface]) -> Array:
     """Points (n, 3) of all faces of surfaces, displaced, mm."""
-    found = []
+    points = []
     for surface in surfaces:
         patches = patches_of(surface)
         count = len(patches.nodes)
         patch, bary = np.repeat(np.arange(count), len(_SAMPLES)), np.tile(_SAMPLES, (count, 1))
-        found.append(surface.moved(patches.places(patch, bary)))
-    return np.concatenate(found)
+        points.append(surface.moved(patches.places(patch, bary)))
+    return np.concatenate(points)
 
 
 def volume_within(surfaces: Sequence[LatticeSurface]) -> float:
     """The volume within surfaces whose normals point outwards all, mm³."""
     # The error of flat triangles is a quarter with halves of their edges.
-    found = [(surface.shell()[0], surface.patches) for surface in surfaces]
-    fine = sum(Triangles(points, quarters(patches)).volume for points, patches in found)
-    return (4.0 * fine - sum(Triangles(points, patches[:, :3]).volume for points, patches in found)) / 3.0
+    shells = [(surface.shell()[0], surface.patches) for surface in surfaces]
+    fine = sum(Triangles(points, quarters(patches)).volume for points, patches in shells)
+    return (4.0 * fine - sum(Triangles(points, patches[:, :3]).volume for points, patches in shells)) / 3.0
 
 
 def check_solid(path: Path, surfaces: Sequence[LatticeSurface], shells: int, volume: float) -> Iterator[Check]:
@@ -87,10 +87,10 @@ def check_solid(path: Path, surfaces: Sequence[LatticeSurface], shells: int, vol
     if not closed.passed:
         return
     yield validity(name, shape)
-    found = Nearest(shape)
-    yield Check(name, "volume error", abs(volume_of(shape, _QUADRATURE) - volume), DEVIATION * found.area, "mm³")
+    nearest = Nearest(shape)
+    yield Check(name, "volume error", abs(volume_of(shape, _QUADRATURE) - volume), DEVIATION * nearest.area, "mm³")
     # Nodes are on the faces of the file, what is between them only in the triangles of a design.
-    furthest = float(found.distances(np.concatenate([surface.shell()[0] for surface in surfaces])).max())
+    furthest = float(nearest.distances(np.concatenate([surface.shell()[0] for surface in surfaces])).max())
     yield Check(name, "distance of the design's points from the faces", furthest, DEVIATION, "mm")
 
 
@@ -121,14 +121,14 @@ class Nearest:
         places = np.einsum("nc,ncd->nd", _shares(part.points[corners], near), self.parameters[corners])
         nearest, spot, along, across = np.full(len(points), np.inf), gp_Pnt(), gp_Vec(), gp_Vec()
         for step in range(_NEARER + 1):
-            found = np.empty((len(points), 3, 3))
-            for row, face, (u, v) in zip(found, self.face[cell].tolist(), places.tolist(), strict=True):
+            at = np.empty((len(points), 3, 3))
+            for row, face, (u, v) in zip(at, self.face[cell].tolist(), places.tolist(), strict=True):
                 self.surfaces[face].D1(u, v, spot, along, across)
                 row[:] = [(each.X(), each.Y(), each.Z()) for each in (spot, along, across)]
-            away = points - found[:, 0]
+            away = points - at[:, 0]
             nearest = np.minimum(nearest, np.linalg.norm(away, axis=1))
             if step < _NEARER:
-                slopes = found[:, 1:]
+                slopes = at[:, 1:]
                 square = np.einsum("nac,nbc->nab", slopes, slopes)
                 right = np.einsum("nac,nc->na", slopes, away)
                 places = places + np.einsum("nab,nb->na", np.linalg.pinv(square, rcond=1e-9), right)
@@ -140,8 +140,8 @@ def _shares(triangles: Array, points: Array) -> Array:
     sides = triangles[:, 1:] - triangles[:, :1]
     square = np.einsum("nac,nbc->nab", sides, sides)
     right = np.einsum("nac,nc->na", sides, points - triangles[:, 0])
-    found = np.einsum("nab,nb->na", np.linalg.pinv(square), right)
-    return np.column_stack([1.0 - found.sum(axis=1), found])
+    two = np.einsum("nab,nb->na", np.linalg.pinv(square), right)
+    return np.column_stack([1.0 - two.sum(axis=1), two])
 
 
 def _parameters(face: TopoDS_Face) -> Array:

@@ -200,9 +200,9 @@ def _fitted(
     by: Displacement,
 ) -> Spline | None:
     def value(*at: Array) -> tuple[Array, NDArray[np.bool_]]:
-        shape, found = tuple(map(len, at)), places(*at)
-        inside = np.all((found >= by.lower - STILL) & (found <= by.upper + STILL), axis=1)
-        return by.move(found).reshape(*shape, 3), inside.reshape(shape)
+        shape, points = tuple(map(len, at)), places(*at)
+        inside = np.all((points >= by.lower - STILL) & (points <= by.upper + STILL), axis=1)
+        return by.move(points).reshape(*shape, 3), inside.reshape(shape)
 
     starts = [_begin(places, bounds, axis, own, by) for axis, own in enumerate(knots)]
     tests = [_spread(np.unique(each)) for each in starts]
@@ -256,11 +256,11 @@ def _begin(
 def _knots(spline: Any, side: str = "") -> list[float]:
     """The inner knots of a spline, so often that a cubic one is as smooth there."""
     degree = getattr(spline, f"{side}Degree")()
-    found: list[float] = []
+    knots: list[float] = []
     for number in range(2, getattr(spline, f"Nb{side}Knots")()):
         smooth = degree - getattr(spline, f"{side}Multiplicity")(number)
-        found += [getattr(spline, f"{side}Knot")(number)] * max(1, DEGREE - max(smooth, 0))
-    return found
+        knots += [getattr(spline, f"{side}Knot")(number)] * max(1, DEGREE - max(smooth, 0))
+    return knots
 
 
 def _bounds(face: TopoDS_Face) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -276,11 +276,11 @@ def _bounds(face: TopoDS_Face) -> tuple[tuple[float, float], tuple[float, float]
 
 
 def _parts(shape: TopoDS_Shape) -> list[TopoDS_Shape]:
-    found, parts = [], TopoDS_Iterator(shape)
-    while parts.More():
-        found.append(parts.Value())
-        parts.Next()
-    return found
+    parts, each = [], TopoDS_Iterator(shape)
+    while each.More():
+        parts.append(each.Value())
+        each.Next()
+    return parts
 
 
 def _forward(shape: TopoDS_Shape) -> TopoDS_Shape:
@@ -314,8 +314,8 @@ def _curve(spline: Spline) -> Geom_BSplineCurve:
 def _distinct(knots: Array) -> tuple[Array1_double, Array1_int]:
     """Distinct knots and their multiplicities."""
     values, counts = np.unique(knots, return_counts=True)
-    found, times = Array1_double(1, len(values)), Array1_int(1, len(values))
+    distinct, times = Array1_double(1, len(values)), Array1_int(1, len(values))
     for index, (knot, count) in enumerate(zip(values.tolist(), counts.tolist(), strict=True), 1):
-        found.SetValue(index, knot)
+        distinct.SetValue(index, knot)
         times.SetValue(index, count)
-    return found, times
+    return distinct, times

@@ -90,8 +90,8 @@ def evaluated(poles: Array, knots: Sequence[Array], at: Sequence[Array]) -> Arra
 
 def _sites(knots: Array) -> Array:
     """The Greville abscissae."""
-    found = np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=1)
-    return np.clip(found, knots[0], knots[-1])
+    sites = np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=1)
+    return np.clip(sites, knots[0], knots[-1])
 
 
 def _between(inner: Array) -> Array:
@@ -110,8 +110,8 @@ def _through(values: Array, knots: Sequence[Array], sites: Sequence[Array]) -> A
 def _along(function: Callable[[Array], Array], values: Array, axis: int) -> Array:
     """A linear map of columns, applied along an axis."""
     moved = np.moveaxis(values, axis, 0)
-    found = function(np.ascontiguousarray(moved.reshape(len(moved), -1)))
-    return np.moveaxis(found.reshape(len(found), *moved.shape[1:]), 0, axis)
+    mapped = function(np.ascontiguousarray(moved.reshape(len(moved), -1)))
+    return np.moveaxis(mapped.reshape(len(mapped), *moved.shape[1:]), 0, axis)
 
 
 def _away(value: Grid, poles: Array, knots: Sequence[Array], at: Sequence[Array]) -> Array:

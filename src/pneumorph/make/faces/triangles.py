@@ -81,13 +81,13 @@ def _keys(corners: Ints, count: int) -> Ints:
 def _divided_edges(corners: Sequence[Ints], wrong: Sequence[NDArray[np.bool_]], count: int) -> Ints:
     """The edges to divide, by their numbers in order: those of wrong triangles, and no two of any other triangle."""
     keys = [_keys(each, count) for each in corners]
-    found = np.unique(np.concatenate([each[those].ravel() for each, those in zip(keys, wrong, strict=True)]))
+    edges = np.unique(np.concatenate([each[those].ravel() for each, those in zip(keys, wrong, strict=True)]))
     while True:
-        more = [each[np.isin(each, found).sum(axis=1) == 2].ravel() for each in keys]
-        larger = np.union1d(found, np.concatenate(more))
-        if len(larger) == len(found):
-            return found
-        found = larger
+        more = [each[np.isin(each, edges).sum(axis=1) == 2].ravel() for each in keys]
+        larger = np.union1d(edges, np.concatenate(more))
+        if len(larger) == len(edges):
+            return edges
+        edges = larger
 
 
 def _divided(

@@ -78,11 +78,11 @@ def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) ->
     ComputationError
         If a chamber can be reached neither from below nor from the side.
     """
-    found: list[Stem | None] = [
+    stem_of: list[Stem | None] = [
         upright(number, chamber, samples, radius, wall, tip=False)
         for number, chamber in enumerate(body.chambers, start=1)
     ]
-    rest = [number for number, stem in enumerate(found, start=1) if stem is None]
+    rest = [number for number, stem in enumerate(stem_of, start=1) if stem is None]
     if rest:
         # One angle for all chambers on the axis, so that few partings are needed.
         options = {
@@ -92,15 +92,15 @@ def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) ->
         best = min(options, key=lambda angle: (missing[angle], sum(s.wall for s in options[angle] if s is not None)))
         for number, stem in zip(rest, options[best], strict=True):
             other = next((s for a in _ANGLES if (s := options[a][rest.index(number)]) is not None), None)
-            found[number - 1] = stem or other
-    for chamber, stem in zip(body.chambers, found, strict=True):
+            stem_of[number - 1] = stem or other
+    for chamber, stem in zip(body.chambers, stem_of, strict=True):
         if stem is None:
             height = chamber.net[:, :, 2].min()
             raise ComputationError(
                 f"chamber {chamber.name} cannot get a port of {2 * radius:.2g} mm: at z = {height:.0f} mm there is no "
                 f"straight way out of it with {wall:.2g} mm of rubber around the port; take a thinner make.tube"
             )
-    return [stem for stem in found if stem is not None]
+    return [stem for stem in stem_of if stem is not None]
 
 
 def port_in_plane(

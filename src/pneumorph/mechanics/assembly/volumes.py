@@ -23,6 +23,15 @@ def volume_parts(model: Model, shift: np.ndarray | None) -> Iterator[tuple[sums.
 
 
 def volumes_of(model: Model, X: np.ndarray, u: np.ndarray, shift: np.ndarray | None) -> np.ndarray:
-    """Volumes (C,) in mm³ of what is meshed, for nodes X (N, 3) displaced by u and obstacles at poses (K, 6)."""
-    found = [sums.summed(measure, part, X, u, *given) for measure, part, given in volume_parts(model, shift)]
-    return np.sum(found, axis=0)
+    """Volumes (C,) of the chambers in what is meshed, mm³.
+
+    Parameters
+    ----------
+    model : Model
+    X, u : (N, 3) arrays
+        Undeformed positions of the nodes, and their displacements, mm.
+    shift : (K, 6) array or None
+        Poses of obstacles, on which the rims of sealed chambers lie, mm and rad.
+    """
+    volumes = [sums.summed(measure, part, X, u, *given) for measure, part, given in volume_parts(model, shift)]
+    return np.sum(volumes, axis=0)

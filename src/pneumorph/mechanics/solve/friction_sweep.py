@@ -122,13 +122,13 @@ def _at_rest(at: Configuration) -> Grips:
 
 def _lagged(at: Configuration, state: State, grips: Grips) -> Grips:
     """Normal forces and normals at a state, with the same anchors."""
-    surface, found = _contact(at.model).surface, {}
+    surface, lagged = _contact(at.model).surface, {}
     for name, obstacle, places in _sample_points(at, state):
         pressures = obstacle.pressures(places)
         acting = np.linalg.norm(pressures, axis=-1)
         normal = pressures / np.maximum(acting, 1e-300)[..., None]
-        found[name] = Grip(surface.weight[:, None] * surface.data * acting, grips[name].anchor, normal)
-    return found
+        lagged[name] = Grip(surface.weight[:, None] * surface.data * acting, grips[name].anchor, normal)
+    return lagged
 
 
 def _settled(at: Configuration, state: State, before: Grips, after: Grips) -> bool:
@@ -143,11 +143,11 @@ def _settled(at: Configuration, state: State, before: Grips, after: Grips) -> bo
 
 def _drawn(at: Configuration, state: State, grips: Grips) -> Grips:
     """What the next step begins with."""
-    found = {}
+    drawn = {}
     for name, obstacle, places in _sample_points(at, state):
         slip = grips[name].slip(places)
         size = np.linalg.norm(slip, axis=-1, keepdims=True)
         beyond = np.maximum(1.0 - _reach(obstacle) / np.maximum(size, 1e-300), 0.0)
         touches = grips[name].force[..., None] > 0.0
-        found[name] = grips[name]._replace(anchor=np.where(touches, grips[name].anchor + beyond * slip, places))
-    return found
+        drawn[name] = grips[name]._replace(anchor=np.where(touches, grips[name].anchor + beyond * slip, places))
+    return drawn

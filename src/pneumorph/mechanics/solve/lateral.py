@@ -118,7 +118,7 @@ def softest(at: Configuration, state: State, tangent: Tangent, masses: np.ndarra
     tangent.move_to(at, state)
     stable, masses = tangent.negative_pivots == 0, free * masses
     vector = free * tangent.precondition(masses * np.random.default_rng(0).standard_normal(model.size))
-    basis, projected, found, chosen = np.zeros((0, model.size)), np.zeros((0, 0)), np.inf, -1 if stable else 0
+    basis, projected, value, chosen = np.zeros((0, model.size)), np.zeros((0, 0)), np.inf, -1 if stable else 0
     while True:
         for _ in range(2):
             # Twice, for what is new may be a small part.
@@ -130,10 +130,10 @@ def softest(at: Configuration, state: State, tangent: Tangent, masses: np.ndarra
         projected = np.block([[projected, column[:-1, None]], [column[None]]])
         values, vectors = np.linalg.eigh(projected)
         # The largest is that of the softest motion; negative ones are those of motions that buckle.
-        found, known = float(values[chosen]), found
-        if abs(found - known) <= accuracy * abs(found) or len(basis) == STEPS:
+        value, known = float(values[chosen]), value
+        if abs(value - known) <= accuracy * abs(value) or len(basis) == STEPS:
             break
     motion = vectors[:, chosen] @ basis
     largest = np.abs(Displacement(model.tip, at.X, state).along(model.state(motion))).max()
-    stiffness = 1.0 / found if stable else min(1.0 / found, 0.0)
+    stiffness = 1.0 / value if stable else min(1.0 / value, 0.0)
     return Softest(at, model.state(motion / largest), stiffness, float(largest) ** -2, stable)

@@ -67,7 +67,7 @@ def breaking_loads(problem: Problem) -> dict[str, list[str]]:
                 for name, loads in acting_in(problem).items()
                 for key in loads.breaking(np.diag(mirror))
             ]
-    return {plane: found for plane, found in words.items() if found}
+    return {plane: keys for plane, keys in words.items() if keys}
 
 
 def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures], under: list[Acting]) -> bool:

@@ -176,16 +176,16 @@ def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equ
     Where the path leads to a stable state at the full pressures after all, that state is returned.
     """
     with doing("following the path of equilibria to its limit pressure"):
-        found = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=60.0)
-    if isinstance(found, NoEquilibrium):
+        path = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=60.0)
+    if isinstance(path, NoEquilibrium):
         return failure
-    last = found.points[-1]
+    last = path.points[-1]
     asked = f"{_in_words(at, 1.0)} has no stable state near"
     # A path goes on beyond a bifurcation; its last point is past the limit, where there is one.
-    before = found.points[:-1] if found.limits else found.points
+    before = path.points[:-1] if path.limits else path.points
     lost = next((point for point in before if not point.equilibrium.stable), None)
-    if found.limits and lost is None:
-        limit = found.limits[0]
+    if path.limits and lost is None:
+        limit = path.limits[0]
         volumes = ", ".join(f"{volume:.5g} mm³" for volume in limit.equilibrium.volumes.values())
         return NoEquilibrium(
             f"{asked}: pressure reaches its limit at {_in_words(at, limit.load)} (volume {volumes}), beyond it the "
@@ -206,7 +206,7 @@ def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equ
             limit=lost.pressures,
         )
     return NoEquilibrium(
-        f"{failure.reason}; equilibria were followed up to {_in_words(at, last.load)}, where {found.reason}",
+        f"{failure.reason}; equilibria were followed up to {_in_words(at, last.load)}, where {path.reason}",
         last.load,
         last.equilibrium,
         limit=last.pressures,
@@ -264,18 +264,23 @@ def _along(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarra
 
 
 def _place(
-    at: Configuration, here: Configuration, tangent: Tangent, found: Equilibrium, load: float, before: _Place | None
+    at: Configuration,
+    here: Configuration,
+    tangent: Tangent,
+    equilibrium: Equilibrium,
+    load: float,
+    before: _Place | None,
 ) -> _Place:
     """The point at an equilibrium of the configuration `here`, with the direction of the path."""
-    tangent.move_to(here, found.state)
-    vector, moving = at.model.vector(found.state), _moving(at)
+    tangent.move_to(here, equilibrium.state)
+    vector, moving = at.model.vector(equilibrium.state), _moving(at)
     along = _along(at, tangent, vector)
     size = float(np.linalg.norm(moving * along))
     if before is not None and before.across @ along < 0:
         size = -size
     pressures = dict(zip(at.model.chambers, map(float, load * np.asarray(at.loads.pressure)), strict=True))
     direction = along / size
-    return _Place(PathPoint(load, pressures, found), here, vector, direction, moving * direction, 1.0 / size)
+    return _Place(PathPoint(load, pressures, equilibrium), here, vector, direction, moving * direction, 1.0 / size)
 
 
 def _advance(at: Configuration, tangent: Tangent, here: _Place, step: float) -> _Place | None:
@@ -283,10 +288,10 @@ def _advance(at: Configuration, tangent: Tangent, here: _Place, step: float) -> 
     before = tangent.factorisations, tangent.solves
     try:
         tangent.move_to(here.at, here.point.equilibrium.state)
-        found = _corrected(at, tangent, here, step)
-        if found is None:
+        corrected = _corrected(at, tangent, here, step)
+        if corrected is None:
             return None
-        vector, load, residual = found
+        vector, load, residual = corrected
         there = _loaded(at, load)
         equilibrium = read_off(there, tangent, at.model.state(vector), residual, before)
         following = _place(at, there, tangent, equilibrium, load, here)
@@ -357,16 +362,16 @@ def _limit(at: Configuration, tangent: Tangent, here: _Place, following: _Place,
         # dλ by the distance along the direction of the first point.
         rises = [place.slope / float(here.across @ place.direction) for place in (left, right)]
         at_limit = _stationary(b - a, left.point.load, right.point.load, *rises)
-        found = _advance(at, tangent, here, a + at_limit)
-        if found is None:
+        there = _advance(at, tangent, here, a + at_limit)
+        if there is None:
             return best
-        best = found
-        if abs(found.slope) * (b - a) < 1e-6 * abs(found.point.load):
+        best = there
+        if abs(there.slope) * (b - a) < 1e-6 * abs(there.point.load):
             return best
-        if found.slope * left.slope > 0:
-            low = (a + at_limit, found)
+        if there.slope * left.slope > 0:
+            low = (a + at_limit, there)
         else:
-            high = (a + at_limit, found)
+            high = (a + at_limit, there)
     return best
 
 

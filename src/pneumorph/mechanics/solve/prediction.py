@@ -38,12 +38,12 @@ def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, l
         The new ones.
     """
     model, moved = at.model, replace(at, X=at.X + dX)
-    found, vector = predict_change(at, tangent, state, replace(moved, loads=loads)), at.model.vector(state)
+    predicted, vector = predict_change(at, tangent, state, replace(moved, loads=loads)), at.model.vector(state)
     if apart(moved, vector):
         # Shortened where surfaces would meet on the way, if they do not where the nodes have moved.
-        step = model.vector(found) - vector
-        found = model.state(vector + free_share(moved, vector, step) * step)
-    return guess_after(at, state, moved, found)
+        step = model.vector(predicted) - vector
+        predicted = model.state(vector + free_share(moved, vector, step) * step)
+    return guess_after(at, state, moved, predicted)
 
 
 def guess_after(at: Configuration, state: State, there: Configuration, predicted: State) -> Guess:

@@ -42,10 +42,10 @@ class Secants:
         for step, change, weight in reversed(pairs):
             shares.append(weight * (step @ left))
             left = left - shares[-1] * change
-        found = inverse(left)
+        direction = inverse(left)
         for (step, change, weight), share in zip(pairs, reversed(shares), strict=True):
-            found = found + (share - weight * (change @ found)) * step
-        return -found
+            direction = direction + (share - weight * (change @ direction)) * step
+        return -direction
 
     def after(self, step: np.ndarray, before: np.ndarray, residual: np.ndarray) -> Secants:
         """The memory after a step (n,), from the residuals before and after it."""

@@ -59,37 +59,37 @@ class FacesMesher:
         return mesh_within(self._bound, body, self.size, finest)
 
     def _bound(self, body: Body[LatticeSurface], finer: float, _: float) -> Boundary:
-        found = grouped(self.faces(finer * self.size), self.regions)
-        parts = parts_of(found, *self.ends, self.chambers)
-        faces = {name: found.triangles[own] for name, own in parts.triangles.items() if len(own)}
-        moved = np.zeros(len(found.points), bool)
-        offset, values, rows, columns = found.points.copy(), [], [], []
+        outline = grouped(self.faces(finer * self.size), self.regions)
+        parts = parts_of(outline, *self.ends, self.chambers)
+        faces = {name: outline.triangles[own] for name, own in parts.triangles.items() if len(own)}
+        moved = np.zeros(len(outline.points), bool)
+        offset, values, rows, columns = outline.points.copy(), [], [], []
         for surface, where in zip(body.surfaces, body.slices, strict=True):
             own = [f"chamber {surface.name}"] if surface.cavity else ["base", "tip", "exterior"]
             nodes = np.unique(np.concatenate([faces[name].ravel() for name in own if name in faces]))
             if not surface.cavity:
-                nodes = np.union1d(nodes, self._between(found, parts))
+                nodes = np.union1d(nodes, self._between(outline, parts))
             # Nodes of the rim of a port are moved with the exterior.
             nodes = nodes[~moved[nodes]]
             moved[nodes] = True
-            weights = surface.lattice.weights(found.points[nodes]).tocoo()
+            weights = surface.lattice.weights(outline.points[nodes]).tocoo()
             offset[nodes] -= weights @ surface.lattice.points()
             values.append(weights.data)
             rows.append(nodes[weights.row])
             columns.append(where.start + weights.col)
         entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        B = sparse.csr_array(entries, (len(found.points), body.n_points))
+        B = sparse.csr_array(entries, (len(outline.points), body.n_points))
         nodes = B @ body.control_points() + offset
-        return Capped(B, offset, faces, nodes, self._solids(found), caps=parts.caps)
+        return Capped(B, offset, faces, nodes, self._solids(outline), caps=parts.caps)
 
-    def _between(self, found: Faces, parts: Parts) -> np.ndarray:
+    def _between(self, outline: Faces, parts: Parts) -> np.ndarray:
         """Nodes where solids meet that are on no chamber: they are moved with the exterior."""
-        walls = [found.triangles[own] for name, own in parts.triangles.items() if name.startswith("chamber ")]
-        return np.setdiff1d(found.between, np.concatenate([np.zeros(0, int), *(each.ravel() for each in walls)]))
+        walls = [outline.triangles[own] for name, own in parts.triangles.items() if name.startswith("chamber ")]
+        return np.setdiff1d(outline.between, np.concatenate([np.zeros(0, int), *(each.ravel() for each in walls)]))
 
-    def _solids(self, found: Faces) -> dict[str, np.ndarray]:
+    def _solids(self, outline: Faces) -> dict[str, np.ndarray]:
         """The triangles around the solids of every region."""
         if not self.regions:
-            return {"": found.triangles}
-        solids = {name: found.around(number) for number, name in enumerate((self.rest, *self.regions))}
+            return {"": outline.triangles}
+        solids = {name: outline.around(number) for number, name in enumerate((self.rest, *self.regions))}
         return {name: triangles for name, triangles in solids.items() if len(triangles)}

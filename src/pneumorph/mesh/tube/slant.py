@@ -68,7 +68,7 @@ def slant_of(chamber: TubeSurface, exterior: TubeSurface, begin: float, q: float
         path.append(path[-1] - int(turns[place]))
         place = (place - int(turns[place])) % _AROUND
     # The path was followed backwards; `place` is now where it begins.
-    found = (place + np.array(path[::-1]) - path[-1]) / _AROUND
-    ends = np.concatenate([found[:1], found[:1], found, found[-1:], found[-1:]])
-    found = np.convolve(ends, np.full(5, 0.2), "valid")
-    return Slant(r, found - np.round(found.mean()))
+    slant = (place + np.array(path[::-1]) - path[-1]) / _AROUND
+    ends = np.concatenate([slant[:1], slant[:1], slant, slant[-1:], slant[-1:]])
+    slant = np.convolve(ends, np.full(5, 0.2), "valid")
+    return Slant(r, slant - np.round(slant.mean()))

@@ -93,10 +93,10 @@ def material_of(rubber: Rubber) -> tuple[str, dict[str, float]]:
             return "Gent", {"G": own[0], "Jm": own[1], **uncoupled}
         case energies.ogden:
             terms = enumerate(zip(own[::2], own[1::2], strict=True), 1)
-            found = {}
+            ogden = {}
             for i, (modulus, exponent) in terms:
-                found |= {f"c{i}": 2 * modulus, f"m{i}": exponent}
-            return "Ogden", found | uncoupled
+                ogden |= {f"c{i}": 2 * modulus, f"m{i}": exponent}
+            return "Ogden", ogden | uncoupled
     raise ValueError("a model that FEBio does not have")
 
 

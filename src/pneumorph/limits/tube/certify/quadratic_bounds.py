@@ -24,8 +24,21 @@ def workspace():
 def clears(a, b, box_a, box_b, span, size, neighbourhood, enough, arrays):
     """Whether points of two nets are proved to be `enough` apart, if they are a neighbourhood apart on the tube.
 
-    Parameters are z = (u, v) of the first and of the second patch, from -1 to 1. The vector between the points is
+    Points are given by z = (u, v) of the first and of the second patch, from -1 to 1. The vector between them is
     c + A z + Q(z) + e, where Q has the products of u and v of either patch, and e what is left out of both.
+
+    Parameters
+    ----------
+    a, b : (4, 4, 3) arrays
+        Control nets of both patches, mm.
+    box_a, box_b, span, size
+        See `slabs.steps`.
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+    enough : float
+        mm.
+    arrays : tuple of arrays
+        See `workspace`; overwritten.
     """
     terms, M, L, H, vectors = arrays
     rest_a, rest_b = _expand(a, -1.0, terms[0]), _expand(b, 1.0, terms[1])

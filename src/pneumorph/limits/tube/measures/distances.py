@@ -292,8 +292,8 @@ def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, sourc
     normals = _FACING * tube.normals()
     reach = float(np.hypot(bound, _FACING * _TOLERANCE))
     x = tube.x[source]
-    found, near = facing_samples(x, -normals[source], tube.x, normals, reach)
-    counts = np.isfinite(found) & (_apart(tube.grid, source, near) >= neighbourhood)
+    away, near = facing_samples(x, -normals[source], tube.x, normals, reach)
+    counts = np.isfinite(away) & (_apart(tube.grid, source, near) >= neighbourhood)
     distance = np.where(counts, np.linalg.norm(x - tube.x[near], axis=1), np.inf)
 
     facing = distance < edge_distance
