@@ -178,7 +178,7 @@ class Explorer:
             plate = np.array([*result.translation, *result.rotation]) if model.plate else still
             under = acting(self.problem, tasks[task])
             loads = loads_of(self.problem, model, dict(result.pressures), tasks[task].poses, under=under)
-            state = restored(model, X, stored.u[task], plate, _objects(model, loads, result))
+            state = restored(model, X, stored.u[task], plate, objects_of(model, loads, result))
             known.append((configure(model, X, loads, guided_of(self.problem, under)), state))
         if not self._under.moves:
             nothing = loads_of(self.problem, model, {}, under=self._under)
@@ -186,7 +186,7 @@ class Explorer:
         return known
 
 
-def _objects(model: Model, loads: Loads, result: TaskResult) -> np.ndarray:
+def objects_of(model: Model, loads: Loads, result: TaskResult) -> np.ndarray:
     """The unknowns (J, 6) of free obstacles at a result."""
     if model.contact is None or not model.contact.free:
         return np.zeros((0, 6))

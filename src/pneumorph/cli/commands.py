@@ -142,6 +142,39 @@ def check(
     check(problem, quick, trust)
 
 
+def tolerance(
+    source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
+    rubber: Annotated[
+        str | None, typer.Option(metavar="'10 %'", help="Standard deviation of the moduli of every rubber.")
+    ] = None,
+    pressure: Annotated[
+        str | None, typer.Option(metavar="'1 kPa'", help="Standard deviation of every pressure.")
+    ] = None,
+    wall: Annotated[
+        str | None, typer.Option(metavar="'0.1 mm'", help="Of the rubber's thickness at every surface.")
+    ] = None,
+    shift: Annotated[
+        str | None, typer.Option(metavar="'0.2 mm'", help="Of the place of every chamber's core along each axis.")
+    ] = None,
+    tilt: Annotated[
+        str | None, typer.Option(metavar="'0.2 deg'", help="Of the turn of every core about x and y.")
+    ] = None,
+    scale: Annotated[str | None, typer.Option(metavar="'0.3 %'", help="Of the size of the whole body.")] = None,
+    load: Annotated[
+        str | None, typer.Option(metavar="'5 %'", help="Of weight, loads, springs, and stiffness of sheets and fibres.")
+    ] = None,
+    task: Annotated[str | None, typer.Option(help="Only this task.")] = None,
+    json: Annotated[Path | None, typer.Option(help="Write all figures to this file as JSON.")] = None,
+    design: DesignNumber = None,
+    trust: Trusted = False,
+) -> None:
+    """How far the motion of a design scatters when it is made: a table of what each tolerance contributes."""
+    from pneumorph.cli.tolerance import tolerance
+
+    given = {"rubber": rubber, "pressure": pressure, "wall": wall, "shift": shift, "tilt": tilt, "scale": scale}
+    tolerance(source, {**given, "load": load}, design, task, json, trust)
+
+
 def export(
     source: Annotated[
         Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file (TOML).")

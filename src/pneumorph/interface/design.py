@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     import pyvista
     from matplotlib.figure import Figure
 
+    from pneumorph.interface.tolerance import ToleranceReport
     from pneumorph.make import MadeFiles
     from pneumorph.output.view import View
 
@@ -228,6 +229,39 @@ class Design:
         """
         stored = self.stored if self.entry is not None else None
         return Explorer(self.problem, self.body, stored, self.entry.tasks if self.entry else None)
+
+    def tolerance(self, task: str | None = None, **tolerances: Any) -> ToleranceReport:
+        """How far the motions of the tip scatter when the design is made, and what each tolerance contributes.
+
+        To first order, from exact derivatives on a mesh of the whole body, since faults are not symmetric.
+
+        Parameters
+        ----------
+        task : str, by default all
+            The only task.
+        **tolerances : "10 %" or pint quantities
+            Standard deviations in place of the usual ones: rubber, pressure, wall, shift, tilt, scale, load; see
+            ``docs/how_to/tolerance.md``.
+
+        Raises
+        ------
+        ProblemError
+            If there is no such task, or a tolerance is not one.
+        ComputationError
+            If the whole body cannot be meshed or has no equilibrium.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> report = pm.open_run("runs/small").best.tolerance(rubber="15 %")
+        >>> float(report.tasks["extend"].deviations[2]) > 0.0  # mm
+        True
+        """
+        from pneumorph.interface.tolerance import tolerance_report
+
+        names = None if task is None else [self._task(task)]
+        known = (self.stored, self.entry.tasks) if self.entry is not None else (None, None)
+        return tolerance_report(_with_pressures(self.problem, self.pressures), self.body, tolerances, names, *known)
 
     def make(self, folder: str | Path, chord: float = 0.02) -> MadeFiles:
         """Write all files for manufacturing the design and its mould, and check them; see ``docs/making.md``.

@@ -103,14 +103,18 @@ class Morph:
 
     def positions(self, P: np.ndarray) -> np.ndarray:
         """Positions (N, 3) in mm of all nodes for the control points P (n_points, 3)."""
-        return self.reference + self.shift + self._extend(self.B @ P + self.offset - self.reference[: self.n_surface])
+        return self.reference + self.shift + self.extend(self.B @ P + self.offset - self.reference[: self.n_surface])
 
     def push(self, dP: np.ndarray) -> np.ndarray:
         """Motion (N, 3) of all nodes for a motion dP (n_points, 3) of the control points."""
-        return self._extend(self.B @ dP)
+        return self.extend(self.B @ dP)
 
     def pullback(self, dX: np.ndarray) -> np.ndarray:
         """Transpose of `push`: the gradient (n_points, 3) for control points from that for nodes, dX (N, 3)."""
+        return self.B.T @ self.on_surface(dX)
+
+    def on_surface(self, dX: np.ndarray) -> np.ndarray:
+        """Transpose of `extend`: the gradient (n_surface, 3) for surface nodes from that for all nodes, dX (N, 3)."""
         nodes, sources = self.mesh.tied
         own = dX + self.chords.T @ dX
         own[sources] += own[nodes] @ self._turn
@@ -118,13 +122,14 @@ class Morph:
         surface = own[: self.n_surface].copy()
         for components, extension in self.extensions:
             surface[:, components] += extension.back(own[np.ix_(extension.inner, components)])
-        return self.B.T @ self._in_place(surface - self._surface_chords.T @ surface)
+        return self._in_place(surface - self._surface_chords.T @ surface)
 
     def at(self, P: np.ndarray) -> TetMesh:
         """The mesh for the control points P."""
         return self.mesh.at(self.positions(P))
 
-    def _extend(self, surface: np.ndarray) -> np.ndarray:
+    def extend(self, surface: np.ndarray) -> np.ndarray:
+        """Motion (N, 3) of all nodes for a motion (n_surface, 3) of the surface nodes."""
         everywhere, placed = np.zeros_like(self.reference), self._in_place(surface)
         everywhere[: self.n_surface] = surface = placed - self._surface_chords @ placed
         for components, extension in self.extensions:

@@ -3,10 +3,12 @@
 from pneumorph.results.fields import Fields, Inflation, unpack_fields
 from pneumorph.results.nodal import nodal_stress, nodal_stretch
 from pneumorph.results.records import (
+    Cause,
     HistoryEntry,
     Motion,
     MotionRates,
     RunResult,
+    Scatter,
     SweepStep,
     TaskResult,
     from_json,
@@ -14,12 +16,14 @@ from pneumorph.results.records import (
 )
 
 __all__ = [
+    "Cause",
     "Fields",
     "HistoryEntry",
     "Inflation",
     "Motion",
     "MotionRates",
     "RunResult",
+    "Scatter",
     "SweepStep",
     "TaskResult",
     "from_json",

@@ -154,11 +154,56 @@ class MotionRates:
         Per MPa.
     by_modulus : (6,) or None
         Per relative change of all moduli of all rubbers: 0.01 times it is what rubber that is 1 % stiffer does. None
-        where it is not known: with contact, sheets or fibres.
+        in some runs of earlier versions.
     """
 
     by_pressure: Mapping[str, tuple[float, ...]]
     by_modulus: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Something that a workshop cannot repeat exactly, and what it does to the tip.
+
+    Attributes
+    ----------
+    name : str
+    unit : "mm", "°", "kPa" or "%"
+    tolerance : float
+        Its standard deviation, in the unit.
+    by : (6,)
+        How far the tip moves per unit: along x, y, z in mm, and its rotation vector in rad.
+    """
+
+    name: str
+    unit: str
+    tolerance: float
+    by: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """How far the motion of the tip scatters in a task, to first order, if all causes vary independently.
+
+    Attributes
+    ----------
+    motion : (6,) mm, rad
+        Of the body as designed, on the mesh of the whole body.
+    causes : sequence of Cause
+    """
+
+    motion: tuple[float, ...]
+    causes: tuple[Cause, ...]
+
+    @property
+    def variances(self) -> np.ndarray:
+        """The part (n, 6) of every cause in the variance of every motion, mm² and rad²."""
+        return np.array([np.square(cause.tolerance * np.array(cause.by)) for cause in self.causes]).reshape(-1, 6)
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations (6,) of the motions, mm and rad."""
+        return np.sqrt(self.variances.sum(axis=0))
 
 
 @dataclass(frozen=True)

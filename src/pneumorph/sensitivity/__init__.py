@@ -1,24 +1,35 @@
 """Sensitivity of objectives to shape and pressures: exact gradient, the paper's boundary formula, Taylor tests."""
 
-from pneumorph.sensitivity.adjoint import NodalGradient, NodalJacobian, gradient, residual_jacobian, with_border
+from pneumorph.sensitivity.adjoint import (
+    NodalGradient,
+    NodalJacobian,
+    by_known,
+    gradient,
+    residual_jacobian,
+    with_border,
+)
 from pneumorph.sensitivity.boundary import boundary_gradient
 from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
+from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes
 from pneumorph.sensitivity.pressure_rate import PressureRate, pressure_rates, rate_slopes
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test
 
 __all__ = [
     "BEYOND",
     "Margin",
+    "MotionSlopes",
     "NodalGradient",
     "NodalJacobian",
     "PressureRate",
     "TaylorTest",
     "boundary_gradient",
+    "by_known",
     "find_margin",
     "gradient",
     "lateral_slope",
     "margin_slope",
+    "motion_slopes",
     "pressure_rates",
     "rate_slopes",
     "residual_jacobian",

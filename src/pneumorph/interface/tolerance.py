@@ -1,0 +1,179 @@
+"""How far a design's motions scatter when it is made, and which tolerance is to blame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from pneumorph.analysis.scatter import Tolerances, analyse_whole, scatter_of
+from pneumorph.errors import ProblemError
+from pneumorph.geometry import Body
+from pneumorph.problem import Problem, Task
+from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.objectives.words import motion_word
+from pneumorph.results import Fields, Scatter, TaskResult, to_json
+from pneumorph.units import ANGLE, LENGTH, PRESSURE, Kind, parse, text_of
+
+KINDS: Mapping[str, Kind | None] = {
+    "rubber": None, "pressure": PRESSURE, "wall": LENGTH, "shift": LENGTH, "tilt": ANGLE, "scale": None, "load": None,
+}  # fmt: skip
+"""What every tolerance is; None for those that are relative."""
+
+LARGEST = 0.5
+"""Relative tolerance above which first derivatives say nothing."""
+
+LEAST = 0.005
+"""Part of the variance below which causes are told together."""
+
+SMALL = {"mm": 0.01, "°": 0.02}
+"""Motions with a smaller value and a smaller deviation are not told where several are."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ToleranceReport:
+    """Scatter of the tip's motion in every task.
+
+    Attributes
+    ----------
+    problem : Problem
+    tasks : {task: Scatter}
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> report = pm.open_run("runs/small").best.tolerance(wall="0.2 mm")
+    >>> largest = max(report.tasks["extend"].causes, key=lambda cause: abs(cause.tolerance * cause.by[2]))
+    >>> largest.name
+    'modulus of the rubber'
+    """
+
+    problem: Problem
+    tasks: Mapping[str, Scatter]
+
+    def to_json(self) -> dict[str, Any]:
+        """All figures, in mm, rad, and the units of the causes."""
+        return {
+            name: {
+                "motion": list(scatter.motion),
+                "deviation": scatter.deviations.tolist(),
+                "causes": [to_json(cause) for cause in scatter.causes],
+            }
+            for name, scatter in self.tasks.items()
+        }
+
+    def __str__(self) -> str:
+        tasks = [task for task in self.problem.task if task.name in self.tasks]
+        return "\n\n".join("\n".join(_lines(task, self.tasks[task.name])) for task in tasks)
+
+    __repr__ = __str__
+
+
+def tolerance_report(
+    problem: Problem,
+    body: Body,
+    given: Mapping[str, Any],
+    tasks: Sequence[str] | None = None,
+    stored: Fields | None = None,
+    results: Mapping[str, TaskResult] | None = None,
+) -> ToleranceReport:
+    """The scatter of a body of a problem.
+
+    Parameters
+    ----------
+    problem : with the pressures of the body as those it starts from.
+    body : whose walls, cores and rubbers vary.
+    given : tolerances other than the usual ones, as text, see `read_tolerances`.
+    tasks : the only ones, by default all.
+    stored, results : see `analyse_whole`.
+
+    Raises
+    ------
+    ProblemError
+        If a tolerance is not one.
+    ComputationError
+        If the whole body cannot be meshed or has no equilibrium.
+    """
+    tolerances = read_tolerances(given)
+    if tasks is not None:
+        problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
+    return ToleranceReport(problem, scatter_of(analyse_whole(problem, body, stored, results), tolerances))
+
+
+def read_tolerances(given: Mapping[str, Any]) -> Tolerances:
+    """Tolerances from text or pint quantities, "0.1 mm" or "10 %"; those that are not given are the usual ones.
+
+    Raises
+    ------
+    ProblemError
+        If one is unknown, is not a quantity of its kind, is negative, or too large to tell anything.
+    """
+    names = [each.name for each in fields(Tolerances)]
+    values = {}
+    for name, text in given.items():
+        if name not in names:
+            raise ProblemError(f"{name}: is no tolerance; use {', '.join(names)}")
+        values[name] = _read(name, text)
+    return Tolerances(**values)
+
+
+def _read(name: str, text: Any) -> float:
+    kind, example = KINDS[name], '"10 %"'
+    if kind is not None:
+        try:
+            value = parse(text, kind)
+        except ValueError as error:
+            raise ProblemError(f"{name}: {error}") from None
+    else:
+        written = str(text_of(text)).strip()
+        try:
+            if not written.endswith("%"):
+                raise ValueError
+            value = 0.01 * float(written[:-1])
+        except ValueError:
+            raise ProblemError(f'{name}: "{text}" is not a percentage; write e.g. {example}') from None
+        if not value <= LARGEST:
+            raise ProblemError(
+                f"{name}: {text} is more than first derivatives can tell; give at most {100 * LARGEST:.0f} %"
+            )
+    if not value >= 0.0:
+        raise ProblemError(f"{name}: {text} is negative; a standard deviation is not")
+    return value
+
+
+def _lines(task: Task, scatter: Scatter) -> Iterator[str]:
+    """A table for each motion that the task is about, or for all that are large enough."""
+    asked = task.objective.tip_motions
+    deviations = scatter.deviations
+    for number, name in enumerate(MOTIONS):
+        sign = asked.get(name, 1.0)
+        unit = "mm" if number < 3 else "°"
+        size = sign * (1.0 if number < 3 else float(np.degrees(1.0)))
+        value, deviation = size * scatter.motion[number], abs(size) * deviations[number]
+        if asked and name not in asked:
+            continue
+        if not asked and max(abs(value), deviation) < SMALL[unit]:
+            continue
+        yield f"{task.name}: {motion_word(name, sign)} {value:.2f} ± {deviation:.2g} {unit} (one standard deviation)"
+        yield from _table(scatter, number, size, unit)
+
+
+def _table(scatter: Scatter, number: int, size: float, unit: str) -> Iterator[str]:
+    """The causes by their part in the variance of a motion."""
+    shares = scatter.variances[:, number] / max(float(scatter.variances[:, number].sum()), 1e-300)
+    yield f"  {'cause':<26} {'tolerance':>10} {unit + ' per unit':>14} {'± ' + unit:>9} {'share':>7}"
+    left = [k for k in np.argsort(-shares, kind="stable") if shares[k] < LEAST]
+    for k in np.argsort(-shares, kind="stable"):
+        if shares[k] < LEAST:
+            continue
+        cause = scatter.causes[k]
+        by = size * cause.by[number]
+        told = f"{cause.tolerance:.3g} {cause.unit}"
+        yield (
+            f"  {cause.name:<26} {told:>10} {f'{by:+.3g} /{cause.unit}':>14} {abs(by) * cause.tolerance:>9.2g} "
+            f"{100 * shares[k]:>5.0f} %"
+        )
+    if left:
+        yield f"  {len(left)} others{'':<53} {100 * sum(shares[k] for k in left):>5.0f} %"

@@ -1,0 +1,76 @@
+"""First derivatives of the six motions of the tip by nodes, loads and the moduli of rubbers: one adjoint for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.mechanics import Configuration, State, Tangent
+from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.assembly.displacement import Displacement
+from pneumorph.mechanics.assembly.model import Model
+from pneumorph.mechanics.assembly.potential import forces, grouped
+from pneumorph.mechanics.elements.terms import Loads
+from pneumorph.objective.objective import squares
+from pneumorph.sensitivity.adjoint import with_border
+
+_MOTIONS = squares([(1.0, lambda f: jnp.concatenate([f.translation, f.rotation]))], {})
+
+
+@dataclass(frozen=True)
+class MotionSlopes:
+    """Derivatives of the tip's translation (mm) and rotation vector (rad) at an equilibrium.
+
+    Attributes
+    ----------
+    motion : (6,)
+        Their values.
+    X : (6, N, 3)
+        Per mm of the motion of nodes.
+    loads : sequence of 6 Loads
+        By all loads; those of pressures that are found with the state are 0.
+    moduli : {region: (6,)}
+        Per relative change of all moduli of its rubber.
+    """
+
+    motion: np.ndarray
+    X: np.ndarray
+    loads: Sequence[Loads]
+    moduli: Mapping[str, np.ndarray]
+
+
+def motion_slopes(at: Configuration, tangent: Tangent, state: State) -> MotionSlopes:
+    """The derivatives at an equilibrium, near whose state the tangent was factorised.
+
+    A factor s of the moduli of a rubber multiplies its part of Π, and its π in mixed elements are s times unknowns by
+    which R stays 0. So the derivative by ln s is −wᵀR_s with the forces R_s of that rubber.
+    """
+    model = at.model
+    motion, direct, seeds = _MOTIONS.jacobian(model, at.X, state)
+    rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
+    solved, more = with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
+    pulled = products.pullback(model.potential, at.X, state, at.loads, [model.state(w) for w in solved])
+    rubbers = {name: -solved @ model.vector(by) for name, by in _rubber_forces(at, state).items()}
+    return MotionSlopes(
+        motion,
+        direct - np.array([by_X for by_X, _ in pulled]) + more,
+        [Loads(*(-np.asarray(load) for load in acting)) for _, acting in pulled],
+        rubbers,
+    )
+
+
+def _rubber_forces(at: Configuration, state: State) -> dict[str, State]:
+    """The forces of every rubber by itself on all unknowns."""
+    model, nodes = at.model, Displacement(at.model.potential.tip, at.X, state)
+    alone = model.potential._replace(contact=None)
+    return {
+        name: nodes.on_unknowns(forces(alone, grouped([term]), nodes, at.loads)[1])
+        for name, term in zip(model.rubbers, _solids(model), strict=True)
+    }
+
+
+def _solids(model: Model):
+    return [term for term in model.terms if term.energy.of_rubber]

@@ -1,0 +1,102 @@
+"""What tolerances do to the motion: first derivatives against solutions with the changes made, and closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from texts import TWO_BESIDE, problem_text
+
+from pneumorph.analysis.scatter import Tolerances, analyse_whole, scatter_of, shape_causes
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.mechanics import solve
+from pneumorph.objective import measure_features
+from pneumorph.problem import loads
+
+TASK = """
+[end_effector]
+spring = { axial = "0.5 N/mm" }
+force = ["0.1 N", "0 N", "0 N"]
+[gravity]
+direction = [-1, 0, 0]
+[[task]]
+name = "bend"
+pressure = { A = "12 kPa", B = "5 kPa" }
+objective = { motion = "bending_y" }
+"""
+
+MATERIAL = 'shear_modulus = "{:.12g} MPa"\nbulk_modulus = "{:.12g} MPa"\ndensity = "1.1 g/cm^3"'
+
+
+@pytest.fixture(scope="module", params=["quadratic", "mixed"])
+def whole(request):
+    return solved(1.0, request.param)
+
+
+def solved(factor, element="quadratic"):
+    material = MATERIAL.format(0.3 * factor, 6.0 * factor)
+    text = problem_text(TASK, material=material, chambers=TWO_BESIDE, radius=10)
+    problem = loads(text).with_changes({"mesh.element": element, "mesh.size": "8 mm"})
+    return analyse_whole(problem, starting_body(problem.tubes))
+
+
+def motion_at(whole, at):
+    """The tip's motion (6,) of a configuration near that of the whole body."""
+    equilibrium = solve(at, whole.disc.tangents["bend"], whole.analysis.equilibria["bend"].state, 1e-11)
+    moved = measure_features(whole.disc.model, at.X, equilibrium.state)
+    return np.concatenate([moved.translation, moved.rotation])
+
+
+UNITS = {"mm": 1.0, "°": np.radians(1.0), "%": 0.01}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_walls_and_cores_have_the_derivatives_of_the_discrete_problem(whole, seed):
+    """Along a random sum of all of them, the remainder falls with order 2."""
+    at, morph = whole.analysis.configurations["bend"], whole.disc.morph
+    by = {
+        cause.name: np.array(cause.by) / UNITS.get(cause.unit, 1.0)
+        for cause in scatter_of(whole, Tolerances())["bend"].causes
+    }
+    random, start = np.random.default_rng(seed), motion_at(whole, at)
+    along, slope = np.zeros_like(at.X), np.zeros(6)
+    for each in shape_causes(morph, at.X, Tolerances()):
+        everywhere = each.motion if len(each.motion) == len(at.X) else morph.extend(each.motion)
+        share = random.choice([-1.0, 1.0]) / np.abs(everywhere).max()
+        along += share * everywhere
+        slope += share * by[each.name]
+    steps = np.array([0.1, 0.05])
+    remainders = [
+        np.linalg.norm(motion_at(whole, replace(at, X=at.X + step * along)) - start - step * slope) for step in steps
+    ]
+    assert np.log2(remainders[0] / remainders[1]) == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_stiffer_rubber_and_a_higher_pressure_have_theirs(whole):
+    element = "mixed" if whole.disc.model.mixed else "quadratic"
+    causes = {cause.name: np.array(cause.by) for cause in scatter_of(whole, Tolerances())["bend"].causes}
+    at, step = whole.analysis.configurations["bend"], 1e-3
+
+    def along(load):
+        pressure = at.loads.pressure + 1e-3 * load * np.array([1.0, 0.0])
+        return motion_at(whole, replace(at, loads=at.loads._replace(pressure=pressure)))
+
+    by_pressure = (along(0.01) - along(-0.01)) / 0.02
+    np.testing.assert_allclose(causes["pressure of A"], by_pressure, atol=1e-5 * np.abs(by_pressure).max())
+    up, down = (np.array(scatter_of(solved(1 + t, element), Tolerances())["bend"].motion) for t in (step, -step))
+    by_modulus = 0.01 * (up - down) / (2 * step)
+    scale = np.abs(by_modulus).max()
+    np.testing.assert_allclose(causes["modulus of the rubber"], by_modulus, atol=1e-3 * scale)
+
+
+def test_a_body_that_grows_by_a_factor_under_pressure_alone_grows_its_motion(whole):
+    """Without weight and forces, a body twice as large moves by twice as much and turns by as much."""
+    text = problem_text(
+        '[[task]]\nname = "bend"\npressure = { A = "12 kPa" }\nobjective = { motion = "bending_y" }\n',
+        material=MATERIAL.format(0.3, 6.0), chambers=TWO_BESIDE, radius=10,
+    )  # fmt: skip
+    problem = loads(text).with_changes({"mesh.size": "8 mm"})
+    scatter = scatter_of(analyse_whole(problem, starting_body(problem.tubes)), Tolerances())["bend"]
+    by = np.array(next(cause.by for cause in scatter.causes if cause.name == "size of the body"))
+    np.testing.assert_allclose(by[:3], 0.01 * np.array(scatter.motion[:3]), rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(by[3:], 0.0, atol=1e-8)
+    assert not any(cause.name in ("weight", "springs", "force and torque") for cause in scatter.causes)

@@ -1,0 +1,51 @@
+"""The tables of tolerances, and what is refused."""
+
+import json
+
+import pytest
+from texts import problem_text
+from typer.testing import CliRunner
+
+from pneumorph.cli import app
+from pneumorph.errors import ProblemError
+from pneumorph.interface.tolerance import read_tolerances
+from pneumorph.problem import loads
+
+TASK = """
+[[task]]
+name = "extend"
+pressure = { A = "20 kPa" }
+objective = { motion = "extension" }
+"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("tolerance") / "tube.toml"
+    path.write_text(loads(problem_text(TASK)).with_changes({"mesh.size": "8 mm"}).to_toml())
+    return path
+
+
+def test_the_command_prints_shares_that_add_up_and_writes_all_figures(file, tmp_path):
+    out = tmp_path / "all.json"
+    done = CliRunner().invoke(app, ["tolerance", str(file), "--wall", "0.2 mm", "--json", str(out)])
+    assert done.exit_code == 0, done.output
+    rows = [line for line in done.output.splitlines() if line.endswith("%")]
+    assert sum(int(row.split()[-2]) for row in rows) == pytest.approx(100, abs=len(rows))
+    ((_, task),) = json.loads(out.read_text()).items()
+    walls = [cause for cause in task["causes"] if cause["name"].startswith("rubber at")]
+    assert [cause["tolerance"] for cause in walls] == [0.2] * 2
+    assert task["deviation"][2] ** 2 == pytest.approx(
+        sum((cause["tolerance"] * cause["by"][2]) ** 2 for cause in task["causes"])
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "word"),
+    [({"rubber": "20"}, "percentage"), ({"wall": "0.1"}, "unit"), ({"wall": "-1 mm"}, "negative"),
+     ({"rubber": "90 %"}, "50 %"), ({"colour": "1 mm"}, "rubber, pressure"), ({"rubber": "nan %"}, "50 %")],
+)  # fmt: skip
+def test_what_is_no_tolerance_is_refused_by_name(given, word):
+    with pytest.raises(ProblemError, match=word) as refused:
+        read_tolerances(given)
+    assert str(refused.value).startswith(next(iter(given)))
