@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+import pneumorph
+
 HERE = Path(__file__).resolve().parent
 PLACE = HERE.parent / "docs" / "performance.md"
 HEAD = """# Performance
@@ -99,11 +101,8 @@ long without their entry points for Python, and with less optimisation by LLVM.
 
 PICTURE = "images/growth.png"
 
-MESHES = ("8000", "20000", "50000", "100000", "210000")
-"""Elements of the meshes on which other programs are measured; the last has nearly a million unknowns."""
-
-EARLIER = "79b18d9"
-"""The version before the sub-problem of quadratic programs, sectors, and kernels compiled when they are needed."""
+MESHES = ("8000", "20000", "50000", "100000")
+"""Elements of the meshes on which other programs are measured; the last has nearly half a million unknowns."""
 
 
 @dataclass(frozen=True)
@@ -156,19 +155,6 @@ def sections(runs: Path, out: Path) -> list[Section]:
             markdown=True,
         ),
         Section(
-            "More variables",
-            "The whole linear actuator with the paper's number of variables, and with twice as many.",
-            None,
-            ["denser.py", str(runs / "denser")],
-        ),
-        Section(
-            "An earlier version beside this one",
-            "The same designs and commands with both versions; before → now.",
-            None,
-            ["before.py", EARLIER, "--designs", "5"],
-            markdown=True,
-        ),
-        Section(
             "The sub-problem",
             "One step within the limits, in the middle of a run, for several densities of control points.",
             ["subproblem.py", "0.6", "0.85"],
@@ -190,7 +176,7 @@ def sections(runs: Path, out: Path) -> list[Section]:
             "Growth with the mesh",
             "The best design of `linear`; the solution on each mesh starts from the state on the previous mesh.",
             ["growth.py", linear, "3.0", "2.0", "1.4"],
-            ["growth.py", linear, "2.0", "1.4", "1.0", "0.85"],
+            ["growth.py", linear, "2.0", "1.4", "1.0"],
             markdown=True,
         ),
         Section(
@@ -228,12 +214,6 @@ def sections(runs: Path, out: Path) -> list[Section]:
             ["boundary.py"],
         ),
         Section(
-            "Interrupts",
-            "Signals at random times.",
-            None,
-            ["interrupts.py", "5"],
-        ),
-        Section(
             "Random problems",
             "Random problems, ten designs each.",
             None,
@@ -267,7 +247,7 @@ def measured(section: Section, command: list[str]) -> str:
         body += f"\n\n![{section.title}]({section.picture})"
     minutes = (time.perf_counter() - began) / 60
     print(f"{section.title}: {minutes:.1f} min", flush=True)
-    told = f"`benchmarks/{script}`, {minutes:.1f} min, version {version('pneumorph')}"
+    told = f"`benchmarks/{script}`, {minutes:.1f} min, version {pneumorph.__version__}"
     return f"\n## {section.title}\n\n{section.about} {told}.\n\n{body}\n"
 
 
