@@ -27,6 +27,8 @@ from pneumorph.problem import Problem, Reinforcement, load, reinforcements
 from pneumorph.problem.acting import words_of_gravity, words_of_own, words_of_plate
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.doubts import doubts
+from pneumorph.problem.material import doubt
+from pneumorph.problem.materials import materials
 from pneumorph.problem.reinforcement import data_of
 from pneumorph.problem.solid import require_one_solid
 
@@ -172,6 +174,7 @@ def _numbers(at: AnalysedBody) -> list[str]:
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + part_note(model.part),
         *_rubbers(table, list(model.rubbers.values())),
+        *(f"          {told}" for told in filter(None, map(doubt, materials(problem).values()))),
         *(f"{each.name:9} {each.words}{_ranges(each)}" for each in reinforcements(problem)),
         f"tip       {', '.join([problem.end_effector.kind, *words_of_plate(problem.end_effector)])}",
         f"gravity   {words_of_gravity(problem.gravity)}",

@@ -15,7 +15,7 @@ from pneumorph.interface.material import MODES, fit_material, parameters, undete
 from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.judge import Fit, faults
 from pneumorph.problem.delimited import number
-from pneumorph.problem.material import Material, library
+from pneumorph.problem.material import Material, library, other_sources
 
 COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "source")
 
@@ -59,6 +59,9 @@ def _entry(name: str) -> dict[str, Any]:
         "density_g_per_cm3": float(f"{rubber.density * 1e9:.6g}"),
         "valid_stretch": rubber.valid_stretch,
         "assumed": library()[name].get("assumed"),
+        "other_sources": [
+            {"shear_modulus_MPa": each.shear_modulus, "source": each.source} for each in other_sources(elastomer)
+        ],
         "exports": list(formats_of(rubber)),
     }
 
@@ -66,7 +69,9 @@ def _entry(name: str) -> dict[str, Any]:
 def _describe(console: Console, name: str) -> None:
     elastomer = _reader.validate_python({"name": name})
     table, rubber = elastomer.model_dump(exclude_none=True), rubber_of(elastomer)
-    own = ", ".join(f"{key} {_in_words(value)}" for key, value in table.items() if key not in COMMON)
+    own = ", ".join(
+        f"{key} {_in_words(value)}" for key, value in table.items() if key not in COMMON and value is not False
+    )
     reach = f"up to {rubber.valid_stretch:.3g}" if rubber.valid_stretch else "not stated"
     lines = {
         "model": f"{table['model']}, {own}",
@@ -79,6 +84,8 @@ def _describe(console: Console, name: str) -> None:
     console.print(Text(name, style="bold"))
     for key, words in lines.items():
         console.print(Text(f"  {key:<8} {words}"), soft_wrap=True)
+    for each in other_sources(elastomer):
+        console.print(Text(f"  {'others':<8} shear {each.shear_modulus:.4g} MPa: {each.source}"), soft_wrap=True)
 
 
 def _in_words(value: Any) -> str:

@@ -13,6 +13,8 @@ from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.material import doubt
+from pneumorph.problem.materials import materials
 from pneumorph.problem.objectives.words import motion_word
 from pneumorph.results import Fields, Scatter, TaskResult, to_json
 from pneumorph.units import ANGLE, LENGTH, PRESSURE, Kind, parse, text_of
@@ -66,7 +68,8 @@ class ToleranceReport:
 
     def __str__(self) -> str:
         tasks = [task for task in self.problem.task if task.name in self.tasks]
-        return "\n\n".join("\n".join(_lines(task, self.tasks[task.name])) for task in tasks)
+        tables = ["\n".join(_lines(task, self.tasks[task.name])) for task in tasks]
+        return "\n\n".join([*tables, *filter(None, map(doubt, materials(self.problem).values()))])
 
     __repr__ = __str__
 

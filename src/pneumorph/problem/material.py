@@ -7,7 +7,7 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from functools import cache
 from importlib import resources
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import (
     BeforeValidator,
@@ -226,9 +226,13 @@ MODELS = {
 _PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} - {"name"} | {"youngs_modulus", "shore"}
 
 
+BESIDE = ("assumed", "others")
+"""Keys in the library that are no keys of [material]: what a source does not give, and what other sources do."""
+
+
 @cache
 def library() -> dict[str, dict[str, Any]]:
-    """The library of elastomers by name: tables [material], and in `assumed` what their sources do not give."""
+    """The library of elastomers by name: tables [material] with the keys `BESIDE` about them."""
     text = resources.files("pneumorph.problem").joinpath("elastomers.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
@@ -236,6 +240,34 @@ def library() -> dict[str, dict[str, Any]]:
 def elastomer(name: str) -> Material:
     """The table [material] of a rubber of the library."""
     return TypeAdapter(Material).validate_python({"name": name})
+
+
+class OtherSource(NamedTuple):
+    """The initial shear modulus of a rubber in MPa, and who gives it."""
+
+    shear_modulus: float
+    source: str
+
+
+def other_sources(material: RubberModel) -> tuple[OtherSource, ...]:
+    """What other sources give for a rubber of the library; none for other rubbers, or where none are known."""
+    if material.name not in library() or material != elastomer(material.name):
+        return ()
+    others = library()[material.name].get("others", [])
+    return tuple(OtherSource(units.parse(each["shear_modulus"], units.MODULUS), each["source"]) for each in others)
+
+
+def doubt(material: RubberModel) -> str | None:
+    """A sentence on how far sources differ on a rubber of the library; None where no others are known."""
+    others = other_sources(material)
+    if not others:
+        return None
+    own = material.initial_shear_modulus
+    given = " and ".join(f"{1e3 * each:.3g}" for each in sorted({each.shear_modulus for each in others}))
+    return (
+        f"{material.name}: the shear modulus used is {1e3 * own:.3g} kPa, other sources give {given} kPa; "
+        "measure your batch before you cast"
+    )
 
 
 def _from_the_library(data: Any) -> Any:
@@ -252,7 +284,7 @@ def _from_the_library(data: Any) -> Any:
             raise InvalidKey("model", f"{shown} is not a known rubber model; use one of {', '.join(MODELS)}")
         return neo_hookean_table(data)
     if table:
-        return {**data, **{key: value for key, value in table.items() if key != "assumed"}}
+        return {**data, **{key: value for key, value in table.items() if key not in BESIDE}}
     wrong = "is missing" if name is None else f'"{short(name)}" is not in the library'
     names = ", ".join(f'"{elastomer}"' for elastomer in known)
     raise InvalidKey("name", f"{wrong}; use one of {names} or give a model, its parameters, bulk_modulus and density")
