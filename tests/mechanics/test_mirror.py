@@ -4,9 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from parts import RUBBER, part_mesh, solved_both, symmetric
 
-from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     NoEquilibrium,
     Skin,
@@ -15,43 +14,22 @@ from pneumorph.mechanics import (
     build_model,
     configure,
     mirrors_of,
-    neo_hookean_rubber,
     solve,
     whole_of,
 )
 from pneumorph.mesh.tets import TetMesh
-from pneumorph.mesh.tube import mesh_body
 from pneumorph.objective import Objective, equidistant
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import boundary_gradient, gradient
 from pneumorph.verify.solids import block
 
-RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
-SILICONE = neo_hookean_rubber(0.49, 4.9e3, 1.1e-9)
 NORMAL = {"xz": 1, "yz": 0}
 SAME = 1e-10
 
 
-def problem(mirror=("xz",), centres=((0, 0),), radius=4.0, motion="extension", **others) -> Problem:
-    chambers = [
-        {"name": name, "radius": f"{radius} mm", "center": [f"{x} mm", f"{y} mm"], "span": ["3 mm", "21 mm"]}
-        for name, (x, y) in zip("ABCD", centres, strict=False)
-    ]
-    task = {
-        "name": "one",
-        "pressure": others.pop("pressure", {chamber["name"]: "60 kPa" for chamber in chambers}),
-        "objective": {"kind": "maximize", "motion": motion},
-    }
-    body = {"length": "24 mm", "radius": "8 mm", "control_density": "0.4 /mm", "chamber": chambers}
-    body["symmetry"] = mirror if isinstance(mirror, dict) else {"mirror": list(mirror)}
-    return Problem.model_validate({"material": {"name": "Hei-Cast 8400"}, "body": body, "task": [task], **others})
-
-
-def part_mesh(asked: Problem) -> TetMesh:
-    """Half or a quarter of a symmetric body that is no tube of revolution."""
-    space = build_design_space(asked, starting_body(asked.tubes))
-    phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
-    return mesh_body(space.body(phi), 6.0, mirrors_of(asked)).mesh
+def problem(mirror=("xz",), *placed, **others) -> Problem:
+    symmetry = mirror if isinstance(mirror, dict) else {"mirror": list(mirror)}
+    return symmetric(symmetry, *placed, body={"control_density": "0.4 /mm"}, **others)
 
 
 def judge(mirrors):
@@ -88,21 +66,11 @@ def case(request):
     mirrors, centres, radius, plate, mixed = request.param
     mesh = part_mesh(problem(mirrors, centres, radius))
     assert mesh.mirrors == mirrors
-    part = build_model(mesh, SILICONE if mixed else RUBBER, plate, mixed=mixed)
     weight, wrench = np.array([0.0, 0.0, -9810.0]), np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0])
     if len(mirrors) == 1:
         along, axis = 1 - NORMAL[mirrors[0]], NORMAL[mirrors[0]]
         weight[along], wrench[along], wrench[3 + axis] = 9810.0, 0.1, 3.0
-    carried = {"spring": np.array([0.3, 0.2, 0.5, 10, 20, 5]), "wrench": wrench} if plate else {}
-    acting = build_loads(part, dict.fromkeys(part.chambers, 0.05), weight, **carried)
-    at, tangent = configure(part, mesh.points, acting), Tangent(part)
-    found = solve(at, tangent, tolerance=1e-12)
-    assert not isinstance(found, NoEquilibrium), found
-    whole = whole_of(part, mesh)
-    there = whole.configuration(at)
-    both = solve(there, whole.tangent, tolerance=1e-12)
-    assert not isinstance(both, NoEquilibrium), both
-    return mirrors, mesh, (at, tangent, found), whole, (there, both)
+    return mirrors, mesh, *solved_both(mesh, plate, mixed, weight, wrench)
 
 
 def test_states_are_those_of_the_whole(case):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from loaded import loaded_tube
 from scipy import sparse
 from scipy.special import ellipe, ellipk
 
@@ -101,17 +102,7 @@ def test_the_rubber_decides_from_its_moduli():
 @pytest.fixture(scope="module")
 def loaded():
     """A short tube of mixed elements under everything at once, at a state that is no equilibrium."""
-    mesh = tube(4, 8, 20, (1, 8, 4))
-    built = build_model(mesh, of_ratio(1e5), mixed=True)
-    acting = build_loads(
-        built,
-        {"A": 0.04},
-        acceleration=np.array([9810.0, 0, 0]),
-        spring=np.array([0.1, 0.2, 0.5, 3, 20, 7]),
-        wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
-    )
-    vector = 0.05 * np.random.default_rng(0).standard_normal(built.size)
-    return built, configure(built, mesh.points, acting), np.where(built.fixed, 0.0, vector)
+    return loaded_tube(of_ratio(1e5), mixed=True)
 
 
 def full_matrix(built, data):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from loaded import loaded_tube
 from scipy import sparse
 
 from pneumorph.mechanics import Tangent, build_loads, build_model, configure, neo_hookean_rubber, rest, solve
@@ -23,17 +24,7 @@ RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 @pytest.fixture(scope="module")
 def loaded():
     """A short tube under everything at once, at a state that is no equilibrium."""
-    mesh = tube(4, 8, 20, (1, 8, 4))
-    built = build_model(mesh, RUBBER)
-    acting = build_loads(
-        built,
-        {"A": 0.04},
-        acceleration=np.array([9810.0, 0, 0]),
-        spring=np.array([0.1, 0, 0.5, 3, 20, 7]),
-        wrench=np.array([0.01, 0.02, 0.1, 0.1, 0.3, 0.5]),
-    )
-    vector = 0.05 * np.random.default_rng(0).standard_normal(built.size)
-    return built, configure(built, mesh.points, acting), np.where(built.fixed, 0.0, vector)
+    return loaded_tube(RUBBER)
 
 
 def test_tangent_is_the_derivative_of_the_residual(loaded):

@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from parts import RUBBER, around, part_mesh, solved_both, symmetric
 
 from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     NoEquilibrium,
     Skin,
@@ -16,7 +16,6 @@ from pneumorph.mechanics import (
     build_model,
     configure,
     contact_forces,
-    neo_hookean_rubber,
     part_of,
     restored,
     solve,
@@ -36,36 +35,12 @@ from pneumorph.sensitivity import boundary_gradient, gradient
 from pneumorph.symmetry.operations import turned
 from pneumorph.symmetry.part import sector, turns_of
 
-RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
-SILICONE = neo_hookean_rubber(0.49, 4.9e3, 1.1e-9)
 SAME = 1e-10
 
 
-def around(turns: int, radius: float) -> tuple[tuple[float, float], ...]:
-    angle = 2.0 * np.pi * np.arange(turns) / turns
-    return tuple((float(radius * np.cos(a)), float(radius * np.sin(a))) for a in angle)
-
-
-def problem(symmetry=3, centres=((0, 0),), radius=4.0, motion="twist", **others) -> Problem:
-    chambers = [
-        {"name": name, "radius": f"{radius} mm", "center": [f"{x} mm", f"{y} mm"], "span": ["3 mm", "21 mm"]}
-        for name, (x, y) in zip("ABCD", centres, strict=False)
-    ]
-    task = {
-        "name": "one",
-        "pressure": others.pop("pressure", {chamber["name"]: "60 kPa" for chamber in chambers}),
-        "objective": others.pop("objective", {"kind": "maximize", "motion": motion}),
-    }
-    body = {"length": "24 mm", "radius": "8 mm", "control_density": "0.4 /mm", "chamber": chambers}
-    body["symmetry"] = symmetry if isinstance(symmetry, dict) else {"rotation": symmetry}
-    return Problem.model_validate({"material": {"name": "Hei-Cast 8400"}, "body": body, "task": [task], **others})
-
-
-def part_mesh(asked: Problem) -> TetMesh:
-    """A sector of a symmetric body that is no tube of revolution."""
-    space = build_design_space(asked, starting_body(asked.tubes))
-    phi = space.start + 0.05 * np.random.default_rng(0).normal(size=space.n)
-    return mesh_body(space.body(phi), 6.0, part_of(asked)).mesh
+def problem(symmetry=3, *placed, motion="twist", **others) -> Problem:
+    symmetry = symmetry if isinstance(symmetry, dict) else {"rotation": symmetry}
+    return symmetric(symmetry, *placed, motion=motion, body={"control_density": "0.4 /mm"}, **others)
 
 
 JUDGE = Objective(
@@ -91,18 +66,8 @@ def case(request):
     turns, centres, radius, plate, mixed = request.param
     mesh = part_mesh(problem(turns, centres, radius))
     assert mesh.part == (sector(turns),)
-    part = build_model(mesh, SILICONE if mixed else RUBBER, plate, mixed=mixed)
     weight, wrench = np.array([0.0, 0.0, -9810.0]), np.array([0.0, 0.0, 0.1, 0.0, 0.0, 30.0])
-    carried = {"spring": np.array([0.3, 0.2, 0.5, 10, 20, 5]), "wrench": wrench} if plate else {}
-    acting = build_loads(part, dict.fromkeys(part.chambers, 0.05), weight, **carried)
-    at, tangent = configure(part, mesh.points, acting), Tangent(part)
-    found = solve(at, tangent, tolerance=1e-12)
-    assert not isinstance(found, NoEquilibrium), found
-    whole = whole_of(part, mesh)
-    there = whole.configuration(at)
-    both = solve(there, whole.tangent, tolerance=1e-12)
-    assert not isinstance(both, NoEquilibrium), both
-    return mesh, (at, tangent, found), whole, (there, both)
+    return mesh, *solved_both(mesh, plate, mixed, weight, wrench)
 
 
 def test_states_are_those_of_the_whole(case):

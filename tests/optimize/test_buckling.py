@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from designing import accepted
 from texts import problem_text
 from tiny import REST
 
@@ -25,10 +26,6 @@ BUCKLES = "it would buckle laterally"
 @pytest.fixture(scope="module")
 def events():
     return list(design(loads(COLUMN)))
-
-
-def accepted(events):
-    return [event for event in events if isinstance(event, DesignAccepted)]
 
 
 def test_designs_are_stable_against_all_motions(events):

@@ -9,6 +9,7 @@ import jax
 import numpy as np
 import pytest
 from certifying import certified
+from designing import accepted
 from texts import EXTEND, problem_text
 from tiny import tiny
 
@@ -42,10 +43,6 @@ def run(iterations, method="sqp", state=None):
 @pytest.fixture(scope="module")
 def three():
     return run(3)
-
-
-def accepted(events):
-    return [event for event in events if isinstance(event, DesignAccepted)]
 
 
 def extension(event):

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from designing import accepted, solved
 from tiny import tiny
 
-from pneumorph.analysis import Analysis, analyse, build_discretisation, carry_over, design_gradient, discretise
+from pneumorph.analysis import build_discretisation, carry_over, design_gradient, discretise
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.tube import mesh_body
-from pneumorph.optimize import DesignAccepted, Finished, Started, design
+from pneumorph.optimize import Finished, Started, design
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test
 
@@ -38,16 +38,6 @@ def problem(request):
 @pytest.fixture(scope="module")
 def events(problem):
     return list(design(problem))
-
-
-def solved(problem, space, disc, phi, starts=None) -> Analysis:
-    found = analyse(problem, space, disc, phi, starts, tolerance=1e-10)
-    assert not isinstance(found, NoEquilibrium), found
-    return found
-
-
-def accepted(events):
-    return [event for event in events if isinstance(event, DesignAccepted)]
 
 
 def test_the_loop_designs_on_part_of_the_body(problem, events):

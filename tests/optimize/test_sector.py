@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from designing import accepted, solved
 from tiny import tiny
 
 from pneumorph.analysis import (
-    Analysis,
-    analyse,
     build_discretisation,
     carry_over,
     check_stability,
@@ -18,9 +17,9 @@ from pneumorph.analysis.explore import Explorer
 from pneumorph.errors import MeshError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
-from pneumorph.mechanics import NoEquilibrium, deformation_gradients, displacement, part_of
+from pneumorph.mechanics import deformation_gradients, displacement, part_of
 from pneumorph.mesh.tube import mesh_body
-from pneumorph.optimize import DesignAccepted, Finished, Started, design
+from pneumorph.optimize import Finished, Started, design
 from pneumorph.problem import loads
 from pneumorph.results import Fields, nodal_stretch
 from pneumorph.sensitivity import taylor_test
@@ -50,16 +49,6 @@ def problem():
 @pytest.fixture(scope="module")
 def events(problem):
     return list(design(problem))
-
-
-def solved(problem, space, disc, phi, starts=None) -> Analysis:
-    found = analyse(problem, space, disc, phi, starts, tolerance=1e-10)
-    assert not isinstance(found, NoEquilibrium), found
-    return found
-
-
-def accepted(events):
-    return [event for event in events if isinstance(event, DesignAccepted)]
 
 
 def test_the_loop_designs_on_a_sector(events):

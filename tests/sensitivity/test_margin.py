@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from designing import analysed
 from tiny import tiny
 
-from pneumorph.analysis import analyse, discretise, margin_slopes, margins
-from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.variables import build_design_space
+from pneumorph.analysis import analyse, margin_slopes, margins
 from pneumorph.mechanics import TOLERANCE
 from pneumorph.problem import Problem, loads
 from pneumorph.sensitivity import taylor_test
@@ -22,12 +21,6 @@ def soft(shear: str) -> Problem:
     table["material"] |= {"density": "1 g/cm^3", "compressible": True}
     table["body"]["chamber"][0]["radius"] = "5.5 mm"
     return Problem.model_validate(table)
-
-
-def analysed(asked: Problem):
-    body = starting_body(asked.tubes)
-    space, disc = build_design_space(asked, body), discretise(asked, body)
-    return space, disc, analyse(asked, space, disc, space.start, tolerance=TOLERANCE)
 
 
 def test_derivatives_by_shape_and_pressure():

@@ -7,12 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from designing import analysed
 from tiny import tiny
 
-from pneumorph.analysis import analyse, discretise
+from pneumorph.analysis import analyse
 from pneumorph.analysis.limited import SIDES, all_round
-from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.limits.kinds.states import of_tasks
 from pneumorph.mechanics import TOLERANCE, Tangent, solve
 from pneumorph.mechanics.assembly.tangent import EXACT
@@ -41,12 +40,6 @@ DIRECTIONS = {
     ),
     "pressure": lambda space: np.where(np.arange(space.n) < space.n_shape, 0.0, 0.3),
 }
-
-
-def analysed(problem):
-    body = starting_body(problem.tubes)
-    space, disc = build_design_space(problem, body), discretise(problem, body)
-    return space, disc, analyse(problem, space, disc, space.start, tolerance=TOLERANCE)
 
 
 CASES = {
