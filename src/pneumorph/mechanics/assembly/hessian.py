@@ -27,7 +27,7 @@ def tangent(
     loads: Loads,
     blocked: np.ndarray,
     ratios: np.ndarray | None = None,
-    metrics: Metrics | None = None,
+    metrics: Metrics = (),
 ) -> np.ndarray:
     """Values of the tangent ∂²Π, in the order of the sparsity.
 
@@ -48,7 +48,7 @@ def tangent(
         Components of the plate that are held.
     ratios : (4, E) array, optional
         Volume ratios at the quadrature points of all elements.
-    metrics : Metrics, optional
+    metrics : Metrics
         Of the faces under sheets and fibres.
     """
     potential = taut(model, metrics) if metrics else model.potential

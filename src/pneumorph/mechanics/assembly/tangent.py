@@ -118,7 +118,7 @@ class Origin:
     at: Configuration
     state: State
     exact: bool = True
-    metrics: Metrics | None = None
+    metrics: Metrics = ()
 
 
 class Tangent:
@@ -163,16 +163,15 @@ class Tangent:
         model = self._model if self.origin is None else self.origin.at.model
         return self._factor.negative_pivots - int(np.count_nonzero(~model.fixed[model.hydrostatic_unknowns]))
 
-    def factorise(self, at: Configuration, state: State) -> None:
-        """Assemble and factorise the tangent at a state."""
-        began = time.perf_counter()
-        self.refactorise(self._assembled(at, state), Origin(at, state))
-        self.unit_seconds = time.perf_counter() - began
-
-    def factorise_with(
-        self, at: Configuration, state: State, ratios: np.ndarray | None, metrics: Metrics | None = None
+    def factorise(
+        self,
+        at: Configuration,
+        state: State,
+        ratios: np.ndarray | None = None,
+        metrics: Metrics = (),
+        damping: np.ndarray | None = None,
     ) -> None:
-        """Factorise the tangent at a state with the stress of others than its own.
+        """Assemble and factorise the tangent at a state: its own, or with the stress of others or a raised diagonal.
 
         Parameters
         ----------
@@ -180,21 +179,18 @@ class Tangent:
             The model with its nodes and loads.
         state : State
             The unknowns.
-        ratios : (4, E) array or None
-            Volume ratios at the quadrature points, of which the volumetric stress is; None for the state's own.
-        metrics : Metrics, optional
+        ratios : (4, E) array, optional
+            Volume ratios at the quadrature points, of which the volumetric stress is in place of the state's own.
+        metrics : Metrics
             Of the faces under sheets and fibres, of which their tension is.
+        damping : (n,) array, optional
+            Added to the diagonal, N/mm and N·mm.
         """
         began = time.perf_counter()
-        self.refactorise(self._assembled(at, state, ratios, metrics), Origin(at, state, False, metrics))
-        self.unit_seconds = time.perf_counter() - began
-
-    def factorise_damped(self, at: Configuration, state: State, damping: np.ndarray) -> None:
-        """Factorise the tangent at a state with something (n,) added to its diagonal, N/mm and N·mm."""
-        began = time.perf_counter()
-        data = self._assembled(at, state)
-        data[self._pattern.indptr[:-1]] += damping
-        self.refactorise(data, Origin(at, state, False))
+        data = self._assembled(at, state, ratios, metrics)
+        if damping is not None:
+            data[self._pattern.indptr[:-1]] += damping
+        self.refactorise(data, Origin(at, state, ratios is None and damping is None and not metrics, metrics))
         self.unit_seconds = time.perf_counter() - began
 
     def is_of(self, at: Configuration, state: State) -> bool:
@@ -290,7 +286,7 @@ class Tangent:
             shift = 4 * shift or least
 
     def _assembled(
-        self, at: Configuration, state: State, ratios: np.ndarray | None = None, metrics: Metrics | None = None
+        self, at: Configuration, state: State, ratios: np.ndarray | None = None, metrics: Metrics = ()
     ) -> np.ndarray:
         if at.model.sparsity is not self._model.sparsity:
             raise ValueError("the configuration belongs to another model")

@@ -165,7 +165,7 @@ def _smoothed(at: Configuration, tangent: Tangent, here: Place, ratios: np.ndarr
     """
     stressed = True
     for _ in range(MOST_WITH_RATIOS):
-        tangent.factorise_with(at, at.model.state(here.vector), ratios)
+        tangent.factorise(at, at.model.state(here.vector), ratios)
         direction = supported(at, tangent.precondition(-here.residual))
         moved = _sound(at, here, direction)
         left = 1.0 if here.size > ROUGH * scale else MOST_LEFT

@@ -154,12 +154,12 @@ def _corrected(
             return Filled(there, vector, size / scale)
         first = previous == np.inf
         if first:
-            _factorise(there, tangent, state, metrics)
+            tangent.factorise(there, state, metrics=metrics)
         point = reduced_with(there, tangent, Iterate(vector, metrics, residual, residual))
         change, rise = _bordered(there, tangent, given, rest, pressure, state, point.reduced, short)
         now = length(at, change)
         if now > CONTRACTION * previous and not fresh:
-            _factorise(there, tangent, state, metrics)
+            tangent.factorise(there, state, metrics=metrics)
             point = reduced_with(there, tangent, point)
             change, rise = _bordered(there, tangent, given, rest, pressure, state, point.reduced, short)
             fresh, now = True, length(at, change)
@@ -175,13 +175,6 @@ def _corrected(
         if np.any(given.gas & (pressure <= -given.atmosphere)):
             return None
     return None
-
-
-def _factorise(at: Configuration, tangent: Tangent, state: State, metrics: Metrics) -> None:
-    if metrics:
-        tangent.factorise_with(at, state, None, metrics)
-    else:
-        tangent.factorise(at, state)
 
 
 def _bordered(

@@ -326,10 +326,7 @@ def _corrected(
         change, rise = _bordered(tangent, point.reduced, along, here.across)
         now = length(at, change)
         if now > CONTRACTION * previous and not fresh:
-            if metrics:
-                tangent.factorise_with(there, at.model.state(vector), None, metrics)
-            else:
-                tangent.factorise(there, at.model.state(vector))
+            tangent.factorise(there, at.model.state(vector), metrics=metrics)
             along = _along(at, tangent, vector)
             point = reduced_with(there, tangent, point)
             change, rise = _bordered(tangent, point.reduced, along, here.across)

@@ -79,7 +79,7 @@ def relax(at: Configuration, tangent: Tangent, start: State) -> State | str:
     scale, masses = applied_force(at, start), supported(at, masses)
     for _ in range(MOST_STEPS):
         there = model.state(vector)
-        tangent.factorise_damped(at, there, viscosity * masses)
+        tangent.factorise(at, there, damping=viscosity * masses)
         if tangent.negative_pivots > 0:
             viscosity *= SLOWEST
             continue

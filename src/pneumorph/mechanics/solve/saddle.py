@@ -145,10 +145,7 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
             return model.state(here.vector), size
         if direction is None:
             others = ratios if rough > SMOOTH else None
-            if others is None and not here.metrics:
-                tangent.factorise(at, model.state(here.vector))
-            else:
-                tangent.factorise_with(at, model.state(here.vector), others, here.metrics)
+            tangent.factorise(at, model.state(here.vector), others, here.metrics)
             here = reduced_with(at, tangent, here)
             direction, fresh = supported(at, tangent.precondition(-here.reduced)), True
         if size <= NEGLIGIBLE and length(at, direction) <= NOTHING * float(np.abs(at.X).max()):
