@@ -22,7 +22,7 @@ from pneumorph.mechanics import (
     rotation,
     solve,
 )
-from pneumorph.problem import Problem, TargetMotion, Task
+from pneumorph.problem import Problem, Task
 from pneumorph.problem.acting import acting
 from pneumorph.problem.beam import Beam, beam_of, key_of_loads
 from pneumorph.problem.components import MOTIONS
@@ -142,9 +142,7 @@ def _require_bearing(
 
 def _opposed(task: Task, moved: Mapping[str, float]) -> str | None:
     """A rotation by the loads alone that is far on the other side of what a task asks for."""
-    asked = task.objective
-    targets = asked.targets if isinstance(asked, TargetMotion) else asked.tip_motions
-    for motion, value in targets.items():
+    for motion, (_, value) in task.objective.asked_motions.items():
         if motion in MOTIONS[3:] and value * moved[motion] < 0.0 and abs(moved[motion]) > OPPOSED:
             return motion
     return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import (
     BeforeValidator,
     Discriminator,
@@ -17,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 from pydantic_core import CoreSchema
+from scipy.spatial.transform import Rotation
 
 from pneumorph import units
 from pneumorph.cad import stl
@@ -49,8 +51,16 @@ class ContactSpec(Table):
 
 
 class _Obstacle(Table):
+    placed_by: ClassVar[str] = "center"
+    """The key that says where it is."""
+
     name: Annotated[Name, Example('e.g. name = "table"')]
     """Name of the obstacle in results."""
+
+    @property
+    def a_point(self) -> np.ndarray | None:
+        """A point (3,) of it, mm; None for a half-space, which cannot be inside anything."""
+        return np.array(getattr(self, self.placed_by))
 
 
 class FreeSpring(Table):
@@ -95,6 +105,7 @@ class PlaneSpec(_Obstacle):
 
     free: ClassVar[None] = None
     """Planes are never free."""
+    placed_by: ClassVar[str] = "point"
 
     kind: Literal["plane"]
     """The kind of obstacle."""
@@ -107,6 +118,10 @@ class PlaneSpec(_Obstacle):
     def _unit_normal(self) -> PlaneSpec:
         object.__setattr__(self, "normal", unit_vector("normal", self.normal))
         return self
+
+    @property
+    def a_point(self) -> None:
+        return None
 
 
 class SphereSpec(_Body):
@@ -160,6 +175,8 @@ class TriangulatedSpec(_Body):
     that a run does not depend on the file. The file's body is scaled, turned about the file's origin, and displaced.
     """
 
+    placed_by: ClassVar[str] = "position"
+
     kind: Literal["mesh"]
     """The kind of obstacle."""
     triangles: Annotated[
@@ -205,6 +222,11 @@ class TriangulatedSpec(_Body):
     def surface(self) -> stl.Surface:
         """The surface in the file, mm."""
         return stl.unpack(self.triangles)
+
+    @property
+    def a_point(self) -> np.ndarray:
+        first = self.scale * self.surface.points[0]
+        return Rotation.from_rotvec(self.rotation).apply(first) + np.array(self.position)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:

@@ -49,6 +49,8 @@ class RubberModel(Table):
     """Where the parameters come from."""
     blamed_key: ClassVar[str] = "shear_modulus"
     """The key named in the error when the initial shear modulus is not positive."""
+    locks: ClassVar[bool] = False
+    """Whether its own parameters limit the stretch."""
 
     @property
     @abstractmethod
@@ -154,6 +156,8 @@ class Yeoh(RubberModel):
 class Gent(RubberModel):
     """−μ J_m/2 ln(1 − (Ī₁ − 3)/J_m), where `limit` is J_m, the limiting value of Ī₁ − 3."""
 
+    locks: ClassVar[bool] = True
+
     model: Literal["gent"]
     """The model."""
     shear_modulus: Modulus
@@ -168,6 +172,8 @@ class Gent(RubberModel):
 
 class ArrudaBoyce(RubberModel):
     """Eight-chain model as a series of five terms; shear modulus n k T of the chains, locking stretch λ_m."""
+
+    locks: ClassVar[bool] = True
 
     model: Literal["arruda-boyce"]
     """The model."""

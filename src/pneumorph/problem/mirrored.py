@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pneumorph.problem.designed import reinforcements
-from pneumorph.problem.reinforcement import EXTERIOR, FibresSpec
+from pneumorph.problem.reinforcement import EXTERIOR
 from pneumorph.problem.whole import Problem
 from pneumorph.symmetry.images import image
 from pneumorph.symmetry.operations import MIRRORS, NORMALS
@@ -38,7 +38,7 @@ def keeps_reinforcements(problem: Problem, plane: str) -> bool:
     chambers, length = problem.tubes.chamber, problem.body.length
     names = [chamber.name for chamber in chambers]
     for each in reinforcements(problem):
-        if isinstance(each, FibresSpec) and each.handed:
+        if each.handed:
             return False
         # The middle of the part lies in the plane through the axis of its surface.
         if each.angles is not None and abs((math.cos, math.sin)[NORMALS[plane]](sum(each.angles) / 2.0)) > 1e-6:

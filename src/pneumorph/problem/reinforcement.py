@@ -100,6 +100,11 @@ class _Reinforcement(Table):
         parts = [f"{key} {joints[key].join(value) if key in joints else value}" for key, value in table.items()]
         return f'{self.kind} "{self.name}" ({", ".join(parts)})'
 
+    @property
+    def handed(self) -> bool:
+        """Whether its mirror image is another one."""
+        return False
+
     @model_validator(mode="after")
     def _in_order(self) -> _Reinforcement:
         if self.span is not None and self.span[0] >= self.span[1]:
@@ -152,7 +157,6 @@ class FibresSpec(_Reinforcement):
 
     @property
     def handed(self) -> bool:
-        """Whether a mirror image of them is another winding."""
         winding = self.winding
         return self.families == 1 and (winding.free or ROUNDING < abs(winding.start) < math.pi / 2.0 - ROUNDING)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from pneumorph.problem.material import ArrudaBoyce, Gent
 from pneumorph.problem.materials import materials
 from pneumorph.problem.models import Task
 from pneumorph.problem.regions import REST
@@ -76,7 +75,7 @@ def check_states(problem: Tables) -> Iterator[tuple[str, str]]:
 def check_ranges(problem: Tables) -> Iterator[tuple[str, str]]:
     """A limit on strain is relative to the stated range of every rubber; two models state it by their limits."""
     for name, material in materials(problem).items():
-        stated = material.valid_stretch is not None or isinstance(material, (ArrudaBoyce, Gent))
+        stated = material.valid_stretch is not None or material.locks
         if problem.limits.strain not in (None, "off") and not stated:
             where = "material" if name == REST else f'the material of region "{name}"'
             yield (

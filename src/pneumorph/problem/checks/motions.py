@@ -32,7 +32,7 @@ def check_motions(problem: Tables) -> Iterator[tuple[str, str]]:
     if symmetry.half_turn:
         alone[f'half_turn = "{symmetry.half_turn}"'] = Symmetry(half_turn=symmetry.half_turn)
     for index, task in enumerate(problem.task):
-        for motion, key in task.objective.asked_motions.items():
+        for motion, (key, _) in task.objective.asked_motions.items():
             if handed if motion == "twist" else layered:
                 continue
             for name, each in {**alone, "of all kinds together": symmetry}.items():

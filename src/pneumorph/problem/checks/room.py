@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection
 
 from pneumorph.cad.shells import encloses, shells_of
-from pneumorph.problem.contact import ObstacleSpec, PlaneSpec, TriangulatedSpec
+from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.envelope import Envelope
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
@@ -125,33 +125,13 @@ def check_obstacles(problem: Tables) -> Iterator[tuple[str, str]]:
                     f"give scale = {scale:g}",
                 )
                 continue
-        point = _point_in(obstacle)
+        point = obstacle.a_point
         where = None if point is None else _inside(problem, point)
         if where is not None:
-            key = "position" if isinstance(obstacle, TriangulatedSpec) else "center"
             yield (
-                f"obstacle[{number}].{key}",
+                f"obstacle[{number}].{obstacle.placed_by}",
                 f'is in {where}: "{obstacle.name}" would be part of the body at rest; move it out',
             )
-
-
-def _point_in(obstacle: ObstacleSpec) -> Array | None:
-    """A point (3,) of an obstacle; None for a half-space, which cannot be inside anything."""
-    if isinstance(obstacle, PlaneSpec):
-        return None
-    if isinstance(obstacle, TriangulatedSpec):
-        turn = np.array(obstacle.rotation)
-        own = obstacle.scale * obstacle.surface.points[0]
-        angle = float(np.linalg.norm(turn))
-        if angle > 0.0:
-            axis = turn / angle
-            own = (
-                math.cos(angle) * own
-                + math.sin(angle) * np.cross(axis, own)
-                + (1.0 - math.cos(angle)) * float(axis @ own) * axis
-            )
-        return own + np.array(obstacle.position)
-    return np.array(obstacle.center)
 
 
 def _inside(problem: Tables, point: Array) -> str | None:

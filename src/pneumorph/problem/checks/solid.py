@@ -13,7 +13,6 @@ from pneumorph.errors import MeshError
 from pneumorph.problem.contact import PlaneSpec
 from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.models import Limits
-from pneumorph.problem.objectives import Maximize, TargetMotion
 from pneumorph.problem.regions import REST
 from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.tables import Tables
@@ -71,7 +70,7 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
     base, tip = body.ends
     off = max(np.abs(base).max(), np.hypot(*tip[:2]))
     for index, task in enumerate(problem.task):
-        if not isinstance(task.objective, (Maximize, TargetMotion)) and off > _FROM_BASE * body.length:
+        if not task.objective.tip_motions and off > _FROM_BASE * body.length:
             yield (
                 f"task[{index}].objective.kind",
                 "measures from the centre of the base along z; move the body in CAD so that its base is centred at the "

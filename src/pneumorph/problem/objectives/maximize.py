@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from pneumorph.problem.components import MOTION_OF, MOTIONS
-from pneumorph.problem.objectives.table import ObjectiveTable
+from pneumorph.problem.objectives.table import Asked, ObjectiveTable
 from pneumorph.problem.objectives.words import Amount, Result, motion_amount
 from pneumorph.problem.table import Example
 
@@ -62,9 +62,9 @@ class Maximize(ObjectiveTable):
         return False
 
     @property
-    def asked_motions(self) -> dict[str, str]:
+    def asked_motions(self) -> dict[str, Asked]:
         """See `ObjectiveTable.asked_motions`."""
-        return {self.component: "motion"}
+        return {self.component: Asked("motion", self.sign)}
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `ObjectiveTable.keeps`."""

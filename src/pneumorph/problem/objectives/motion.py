@@ -8,7 +8,15 @@ from pydantic import model_validator
 
 from pneumorph.problem.components import MOTION_OF, MOTIONS, renamed
 from pneumorph.problem.objectives.bending import LEAST, longer
-from pneumorph.problem.objectives.table import Angle, Length, ObjectiveTable, Weight, given_motions, require_motion
+from pneumorph.problem.objectives.table import (
+    Angle,
+    Asked,
+    Length,
+    ObjectiveTable,
+    Weight,
+    given_motions,
+    require_motion,
+)
 from pneumorph.problem.objectives.words import Amount, Result, motion_amount
 
 
@@ -64,9 +72,10 @@ class TargetMotion(ObjectiveTable):
         return self.position_weight if motion in MOTIONS[:3] else self.rotation_weight
 
     @property
-    def asked_motions(self) -> dict[str, str]:
+    def asked_motions(self) -> dict[str, Asked]:
         """See `ObjectiveTable.asked_motions`."""
-        return {motion: motion for motion, value in self.targets.items() if value and self.weight_of(motion)}
+        targets = self.targets.items()
+        return {motion: Asked(motion, value) for motion, value in targets if value and self.weight_of(motion)}
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `ObjectiveTable.keeps`; where a motion should be zero, its sign does not matter."""

@@ -1,7 +1,7 @@
 """What the tables of all kinds of objectives have in common."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field, Strict
@@ -17,6 +17,13 @@ Weight = Annotated[float, Strict(), Field(ge=0)]
 Position = tuple[Length, Length, Length]
 RotationVector = tuple[Angle, Angle, Angle]
 Fault = tuple[str, str]
+
+
+class Asked(NamedTuple):
+    """A motion that an objective asks for: the key, and how far in mm or rad, ±1 for as far as possible."""
+
+    key: str
+    value: float
 
 
 class ObjectiveTable(Table):
@@ -52,8 +59,8 @@ class ObjectiveTable(Table):
         return "kind", 0
 
     @property
-    def asked_motions(self) -> dict[str, str]:
-        """Those of `MOTIONS` that must not be zero, with the keys by which it asks for them."""
+    def asked_motions(self) -> dict[str, Asked]:
+        """Those of `MOTIONS` that must not be zero."""
         return {}
 
     @property
