@@ -17,6 +17,7 @@ from pneumorph.problem.checks.room import check_envelope, check_obstacles
 from pneumorph.problem.checks.solid import LARGEST, MAX_CONTROL_POINTS, MAX_ELEMENTS, SMALLEST, check_solid
 from pneumorph.problem.checks.symmetry import check_symmetry
 from pneumorph.problem.contact import TriangulatedSpec
+from pneumorph.problem.objectives.table import Known
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
 
@@ -60,9 +61,9 @@ def _no_lattice(problem: Tables) -> Iterator[Fault]:
 def _tasks(problem: Tables) -> Iterator[Fault]:
     names = [chamber.name for chamber in problem.body.chamber]
     obstacles = [obstacle.name for obstacle in problem.obstacle]
-    known = f"the obstacles are {', '.join(obstacles)}" if obstacles else "add a table [[obstacle]]"
+    these = f"the obstacles are {', '.join(obstacles)}" if obstacles else "add a table [[obstacle]]"
     masses = {part.name: part.free.mass for part in problem.obstacle if part.free}
-    free = list(masses)
+    known = Known(names, obstacles, list(masses), problem.end_effector.kind == "plate")
     for number, obstacle in enumerate(problem.obstacle):
         if masses.get(obstacle.name) and not has_weight(problem):
             yield (
@@ -80,8 +81,8 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
         for key, given in (("move", task.moves), ("turn", task.turns)):
             for name in given:
                 if name not in obstacles:
-                    yield f"task[{index}].{key}.{name}", f'there is no obstacle "{name}"; {known}'
-        for key, reason in task.objective.inconsistencies(obstacles, free, problem.end_effector.kind == "plate"):
+                    yield f"task[{index}].{key}.{name}", f'there is no obstacle "{name}"; {these}'
+        for key, reason in task.objective.inconsistencies(known):
             yield f"task[{index}].objective.{key}", reason
 
 

@@ -1,11 +1,11 @@
 """An area of contact with an obstacle."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, Literal
 
 from pneumorph import units
 from pneumorph.problem.names import Name
-from pneumorph.problem.objectives.table import Fault, ObjectiveTable, unknown_obstacle
+from pneumorph.problem.objectives.table import Fault, Known, ObjectiveTable, unknown_obstacle
 from pneumorph.problem.objectives.words import Amount, Result
 from pneumorph.problem.table import Example, Quantity
 
@@ -36,9 +36,9 @@ class ContactArea(ObjectiveTable):
         """See `ObjectiveTable.touched`."""
         return self.obstacle
 
-    def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
+    def inconsistencies(self, known: Known) -> Iterator[Fault]:
         """See `ObjectiveTable.inconsistencies`."""
-        return unknown_obstacle(self.obstacle, obstacles)
+        return unknown_obstacle(self.obstacle, known.obstacles)
 
     def achieved(self, result: Result) -> Amount:
         """The area."""

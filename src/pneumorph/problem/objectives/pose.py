@@ -1,6 +1,6 @@
 """A given motion of a free obstacle."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import model_validator
@@ -10,6 +10,7 @@ from pneumorph.problem.names import Name
 from pneumorph.problem.objectives.table import (
     Angle,
     Fault,
+    Known,
     Length,
     ObjectiveTable,
     Weight,
@@ -66,8 +67,8 @@ class TargetPose(ObjectiveTable):
         """See `ObjectiveTable.touched`."""
         return self.obstacle
 
-    def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
+    def inconsistencies(self, known: Known) -> Iterator[Fault]:
         """See `ObjectiveTable.inconsistencies`."""
-        if self.obstacle not in free:
-            others = f"the free ones are {', '.join(free)}" if free else "give one a table free"
+        if self.obstacle not in known.free:
+            others = f"the free ones are {', '.join(known.free)}" if known.free else "give one a table free"
             yield "obstacle", f'there is no free obstacle "{self.obstacle}"; {others}'

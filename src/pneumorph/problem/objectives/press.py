@@ -1,6 +1,6 @@
 """A force on an obstacle."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -9,7 +9,7 @@ from pydantic import model_validator
 from pneumorph import units
 from pneumorph.problem.directions import Direction, unit_vector
 from pneumorph.problem.names import Name
-from pneumorph.problem.objectives.table import Fault, ObjectiveTable, unknown_obstacle
+from pneumorph.problem.objectives.table import Fault, Known, ObjectiveTable, unknown_obstacle
 from pneumorph.problem.objectives.words import Amount, Result
 from pneumorph.problem.table import Example, InvalidKey, Quantity
 
@@ -51,9 +51,9 @@ class Press(ObjectiveTable):
         """See `ObjectiveTable.touched`."""
         return self.obstacle
 
-    def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
+    def inconsistencies(self, known: Known) -> Iterator[Fault]:
         """See `ObjectiveTable.inconsistencies`."""
-        return unknown_obstacle(self.obstacle, obstacles)
+        return unknown_obstacle(self.obstacle, known.obstacles)
 
     def achieved(self, result: Result) -> Amount:
         """The force."""

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import model_validator
 
 from pneumorph.problem.objectives.bending import LEAST, longer
-from pneumorph.problem.objectives.table import Fault, ObjectiveTable, Position, RotationVector, Weight, unchanged
+from pneumorph.problem.objectives.table import Fault, Known, ObjectiveTable, Position, RotationVector, Weight, unchanged
 from pneumorph.problem.table import InvalidKey
 
 HALF_TURN = np.pi - 1e-6
@@ -52,9 +52,9 @@ class Reach(ObjectiveTable):
             self.rotation is None or unchanged(self.rotation, axial)
         )
 
-    def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
+    def inconsistencies(self, known: Known) -> Iterator[Fault]:
         """See `ObjectiveTable.inconsistencies`."""
-        if not plate:
+        if not known.plate:
             yield (
                 "kind",
                 'reach is a target for the plate, but the tip is free; use end_effector.kind = "plate"',

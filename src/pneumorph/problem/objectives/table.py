@@ -26,6 +26,15 @@ class Asked(NamedTuple):
     value: float
 
 
+class Known(NamedTuple):
+    """What a problem has that objectives are about: names of chambers, obstacles and free ones, and whether a plate."""
+
+    chambers: Sequence[str]
+    obstacles: Sequence[str]
+    free: Sequence[str]
+    plate: bool
+
+
 class ObjectiveTable(Table):
     """What an objective says beside its keys; each kind overrides what is not as here."""
 
@@ -95,8 +104,8 @@ class ObjectiveTable(Table):
             if name in values
         ]
 
-    def inconsistencies(self, obstacles: Sequence[str], free: Sequence[str], plate: bool) -> Iterator[Fault]:
-        """Key and reason of what does not fit a problem with these obstacles, some of them free, and plate or none."""
+    def inconsistencies(self, known: Known) -> Iterator[Fault]:
+        """Key and reason of what does not fit a problem that has these things."""
         return iter(())
 
 
