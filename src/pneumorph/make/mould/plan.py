@@ -14,7 +14,7 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.tube.surface import TubeSurface, enclosed_volume
 from pneumorph.make.mould.release import Release, partings
 from pneumorph.make.mould.samples import Samples, sampled
-from pneumorph.make.mould.stems import INTO, Stem, ports, support
+from pneumorph.make.mould.stems import INTO, Room, Stem, ports, support
 from pneumorph.make.mould.tops import tops
 from pneumorph.problem import MakeSpec
 from pneumorph.units import STANDARD_GRAVITY
@@ -145,16 +145,13 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> SplitPlan:
     ComputationError
         If a chamber cannot get a port, or no split of the outer mould can be pulled off the rubber; with the place.
     """
-    body, samples, radius = before_curing(body, spec)
-    stems = ports(body, samples, radius, wall)
+    room = before_curing(body, spec, wall)
+    stems = ports(room)
     sideways = [stem.angle for stem in stems if stem.way == "side"]
-    cores = tuple(
-        _core(number, chamber, stem, samples, radius, wall, spec, density, sideways)
-        for number, (chamber, stem) in enumerate(zip(body.chambers, stems, strict=True), start=1)
-    )
-    shared = shared_plan(body, samples, spec, [stem for core in cores for stem in core.stems])
+    cores = tuple(_core(room, number, stem, spec, density, sideways) for number, stem in enumerate(stems, start=1))
+    shared = shared_plan(room, spec, [stem for core in cores for stem in core.stems])
     given = [stem.angle for core in cores for stem in core.stems if stem.way == "side"]
-    angles, releases = partings(samples[0], shared.thickness, given, spec.release_stretch)
+    angles, releases = partings(room.samples[0], shared.thickness, given, spec.release_stretch)
     worst = max(releases, key=lambda each: each.stretch)
     if worst.stretch > spec.release_stretch:
         x, y, z = worst.place
@@ -166,26 +163,15 @@ def plan(body: Body, spec: MakeSpec, wall: float, density: float) -> SplitPlan:
     return SplitPlan(**vars(shared), cores=cores, angles=tuple(angles), releases=tuple(releases))
 
 
-def before_curing(body: Body, spec: MakeSpec) -> tuple[Body, tuple[Samples, ...], float]:
-    """The body enlarged by the shrinkage of the rubber, samples of its surfaces, and the radius of its ports, mm."""
+def before_curing(body: Body, spec: MakeSpec, wall: float) -> Room:
+    """The body enlarged by the shrinkage of the rubber, with what its ports keep away from."""
     body = enlarged(body, 1.0 / (1.0 - spec.shrinkage))
-    return body, tuple(sampled(surface) for surface in body.surfaces), FIT * spec.tube / 2.0
+    return Room(body, tuple(sampled(surface) for surface in body.surfaces), FIT * spec.tube / 2.0, wall)
 
 
-def shared_plan(body: Body, samples: Sequence[Samples], spec: MakeSpec, stems: Sequence[Stem]) -> Plan:
-    """What every way to make a body needs, from the results of `before_curing` and its stems.
-
-    Parameters
-    ----------
-    body : Body
-        As it is before curing.
-    samples : sequence of Samples
-        Of the exterior and of every chamber.
-    spec : MakeSpec
-        The table ``[make]``.
-    stems : sequence of Stem
-        Of all cores.
-    """
+def shared_plan(room: Room, spec: MakeSpec, stems: Sequence[Stem]) -> Plan:
+    """What every way to make a body needs, from the result of `before_curing` and the stems of all cores."""
+    body, samples = room.body, room.samples
     exterior = samples[0]
     widest = np.hypot(*exterior.points[:, :2].T)
     low = exterior.points[:, 2] <= spec.flange.thickness + 1.0
@@ -196,7 +182,7 @@ def shared_plan(body: Body, samples: Sequence[Samples], spec: MakeSpec, stems: S
         samples=tuple(samples),
         thickness=KDTree(np.concatenate([one.closed for one in samples[1:]])).query(exterior.points)[0],
         stems=tuple(stems),
-        stem=FIT * spec.tube / 2.0,
+        stem=room.radius,
         length=float(body.exterior.net[-1, 0, 2]),
         flange=flange,
         outer=max(float(widest.max()), flange) + spec.mould_wall,
@@ -214,25 +200,15 @@ def enlarged(body: Body, scale: float) -> Body:
     return Body(larger(body.exterior), tuple(larger(chamber) for chamber in body.chambers))
 
 
-def _core(
-    number: int,
-    chamber: TubeSurface,
-    port: Stem,
-    samples: Sequence[Samples],
-    radius: float,
-    wall: float,
-    spec: MakeSpec,
-    density: float,
-    angles: Sequence[float],
-) -> Core:
+def _core(room: Room, number: int, port: Stem, spec: MakeSpec, density: float, angles: Sequence[float]) -> Core:
     """A core on its port's stem, with a second stem at its upper end where it would sag too far."""
-    own = samples[number]
+    chamber, own, radius = room.body.chambers[number - 1], room.samples[number], room.radius
     away = np.hypot(*(own.points[:, :2] - port.start[:2]).T) if port.way != "side" else np.full(1, np.inf)
     pull = float(away.max() / radius)
     sag = _sag(chamber, own, port, radius, density, ends=1)
     if sag <= spec.core_sag:
         return Core(chamber.name, (port,), sag, pull)
-    second = support(number, chamber, samples, radius, wall, angles)
+    second = support(room, number, angles)
     if second is None:
         place, worst, why = own.points[:, 2].max(), sag, "there is no room for a second stem"
     else:

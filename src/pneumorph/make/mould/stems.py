@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
-from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.make.mould.samples import Samples
 
 Array = NDArray[np.float64]
@@ -61,121 +60,100 @@ class Stem:
         return float(np.arctan2(self.direction[1], self.direction[0]))
 
 
-def ports(body: Body, samples: Sequence[Samples], radius: float, wall: float) -> list[Stem]:
-    """One port for every chamber.
+@dataclass(frozen=True, eq=False)
+class Room:
+    """What the stems of a body have to keep away from.
 
-    Parameters
+    Attributes
     ----------
+    body : Body
+        Of tubes, as it is before curing.
     samples : sequence of Samples
-        Of all surfaces, the exterior first.
+        Of all surfaces, the exterior first. A chamber is given by its index in there, from 1.
     radius : float
         Of the stems, mm.
     wall : float
         Rubber that must remain between a stem and everything else, mm.
+    """
+
+    body: Body
+    samples: Sequence[Samples]
+    radius: float
+    wall: float
+
+
+def ports(room: Room) -> list[Stem]:
+    """One port for every chamber.
 
     Raises
     ------
     ComputationError
         If a chamber can be reached neither from below nor from the side.
     """
-    stem_of: list[Stem | None] = [
-        upright(number, chamber, samples, radius, wall, tip=False)
-        for number, chamber in enumerate(body.chambers, start=1)
-    ]
+    chambers = room.body.chambers
+    stem_of: list[Stem | None] = [upright(room, number, tip=False) for number in range(1, len(chambers) + 1)]
     rest = [number for number, stem in enumerate(stem_of, start=1) if stem is None]
     if rest:
         # One angle for all chambers on the axis, so that few partings are needed.
-        options = {
-            angle: [_sideways(body.chambers[n - 1], n, samples, radius, wall, angle) for n in rest] for angle in _ANGLES
-        }
+        options = {angle: [_sideways(room, number, angle) for number in rest] for angle in _ANGLES}
         missing = {angle: sum(stem is None for stem in stems) for angle, stems in options.items()}
         best = min(options, key=lambda angle: (missing[angle], sum(s.wall for s in options[angle] if s is not None)))
         for number, stem in zip(rest, options[best], strict=True):
             other = next((s for a in _ANGLES if (s := options[a][rest.index(number)]) is not None), None)
             stem_of[number - 1] = stem or other
-    for chamber, stem in zip(body.chambers, stem_of, strict=True):
+    for chamber, stem in zip(chambers, stem_of, strict=True):
         if stem is None:
             height = chamber.net[:, :, 2].min()
             raise ComputationError(
-                f"chamber {chamber.name} cannot get a port of {2 * radius:.2g} mm: at z = {height:.0f} mm there is no "
-                f"straight way out of it with {wall:.2g} mm of rubber around the port; take a thinner make.tube"
+                f"chamber {chamber.name} cannot get a port of {2 * room.radius:.2g} mm: at z = {height:.0f} mm there "
+                f"is no straight way out of it with {room.wall:.2g} mm of rubber around the port; take a thinner make.tube"
             )
     return [stem for stem in stem_of if stem is not None]
 
 
-def port_in_plane(
-    number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float, plane: Plane
-) -> Stem | None:
-    """The port of a chamber with its axis in a plane; None if no straight way is free.
-
-    Parameters
-    ----------
-    number : int
-        Of the chamber, from 1; its index in `samples`.
-    chamber : TubeSurface
-    samples : sequence of Samples
-        Of the exterior and of every chamber.
-    radius : float
-        Of the stem, mm.
-    wall : float
-        Least rubber around it, mm.
-    plane : Plane
-        In which its axis is.
-    """
-    stem = upright(number, chamber, samples, radius, wall, tip=False, plane=plane)
+def port_in_plane(room: Room, number: int, plane: Plane) -> Stem | None:
+    """The port of a chamber with its axis in a plane; None if no straight way is free."""
+    stem = upright(room, number, tip=False, plane=plane)
     normal, offset = plane
-    middle = samples[number].points.mean(axis=0)
+    middle = room.samples[number].points.mean(axis=0)
     origin = middle[:2] + (offset - middle @ normal) * normal[:2]
     ahead = float(np.arctan2(normal[0], -normal[1]))  # across the normal
     for angle in (ahead, ahead + np.pi):
-        stem = stem or _sideways(chamber, number, samples, radius, wall, angle, origin=origin)
+        stem = stem or _sideways(room, number, angle, origin=origin)
     return stem
 
 
-def upright(
-    number: int,
-    chamber: TubeSurface,
-    samples: Sequence[Samples],
-    radius: float,
-    wall: float,
-    tip: bool,
-    plane: Plane | None = None,
-) -> Stem | None:
+def upright(room: Room, number: int, tip: bool, plane: Plane | None = None) -> Stem | None:
     """The stem of a chamber along z, through the base or the tip; None if no straight way is free.
 
     That through the tip only supports the core, and its hole is closed after casting.
 
     Parameters
     ----------
+    room : Room
     number : int
-        Of the chamber, from 1; its index in `samples`.
-    chamber : TubeSurface
-    samples : sequence of Samples
-        Of the exterior and of every chamber.
-    radius : float
-        Of the stem, mm.
-    wall : float
-        Least rubber around it, mm.
+        Of the chamber.
     tip : bool
         Whether it goes through the tip, not through the base.
     plane : Plane, optional
         In which its axis is.
     """
+    chamber, samples, radius = room.body.chambers[number - 1], room.samples, room.radius
     own, length = samples[number].points, float(samples[0].points[:, 2].max())
     sign = 1.0 if tip else -1.0
     rim = chamber.sample(np.linspace(0.0, 1.0, 200, endpoint=False), [float(tip)])[0]
     place, height = rim[0, :2], float(rim[0, 2])
     if chamber.ends == "flat":
-        place, room = roomiest(rim[:, :2]) if plane is None else _roomiest_along(rim[:, :2], plane)
+        place, widest = roomiest(rim[:, :2]) if plane is None else _roomiest_along(rim[:, :2], plane)
     else:
         if plane is not None:
             place = place + (plane[1] - place @ plane[0][:2]) * plane[0][:2]
         # A stem ends where all of it is inside the dome.
         near = own[np.hypot(*(own[:, :2] - place).T) <= radius]
         near = near[sign * (height - near[:, 2]) < (own[:, 2].max() - own[:, 2].min()) / 2.0]
-        room = radius + 1.0
+        widest = radius + 1.0
         height = float(min(near[:, 2]) if tip else max(near[:, 2])) if len(near) else height
-    if room < radius + 0.1:
+    if widest < radius + 0.1:
         return None
     end = length if tip else 0.0
     for other, one in enumerate(samples):
@@ -183,54 +161,31 @@ def upright(
             continue
         points = one.closed if other else one.points  # the stem passes through the ends of the exterior
         beyond = points[sign * (points[:, 2] - height) > 0.0]
-        if len(beyond) and np.hypot(*(beyond[:, :2] - place).T).min() < radius + wall:
+        if len(beyond) and np.hypot(*(beyond[:, :2] - place).T).min() < radius + room.wall:
             return None
     start = np.array([*place, height - sign * INTO])
     return Stem(chamber.name, "tip" if tip else "base", start, np.array([0.0, 0.0, sign]), abs(end - height), tip)
 
 
-def support(
-    number: int, chamber: TubeSurface, samples: Sequence[Samples], radius: float, wall: float, angles: Sequence[float]
-) -> Stem | None:
+def support(room: Room, number: int, angles: Sequence[float]) -> Stem | None:
     """A second stem, which holds the upper end of a core: through the tip, or else through the side; None without room.
 
-    Parameters
-    ----------
-    number : int
-        Of the chamber, from 1; its index in `samples`.
-    chamber : TubeSurface
-    samples : sequence of Samples
-        Of the exterior and of every chamber.
-    radius : float
-        Of the stem, mm.
-    wall : float
-        Least rubber around it, mm.
-    angles : sequence of float
-        Of partings, which are tried first, rad.
+    The angles of partings in rad are tried first.
     """
-    straight = upright(number, chamber, samples, radius, wall, tip=True)
+    straight = upright(room, number, tip=True)
     if straight is not None:
         return straight
-    options = (_sideways(chamber, number, samples, radius, wall, angle, top=True) for angle in (*angles, *_ANGLES))
+    options = (_sideways(room, number, angle, top=True) for angle in (*angles, *_ANGLES))
     return next((stem for stem in options if stem is not None), None)
 
 
-def _sideways(
-    chamber: TubeSurface,
-    number: int,
-    samples: Sequence[Samples],
-    radius: float,
-    wall: float,
-    angle: float,
-    top: bool = False,
-    origin: Array | None = None,
-) -> Stem | None:
+def _sideways(room: Room, number: int, angle: float, top: bool = False, origin: Array | None = None) -> Stem | None:
     """A stem along a line at an angle, as near to an end of the chamber as there is room for it.
 
     At the base it is the port; at the top it only supports the core, and its hole is closed after casting. The line
     passes through the axis, or above a point (x, y).
     """
-    own = samples[number]
+    samples, radius, own = room.samples, room.radius, room.samples[number]
     direction, across = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
     low, high = own.points[:, 2].min(), own.points[:, 2].max()
     heights = np.arange(low + radius + INTO, min(high - radius - INTO, low + 0.6 * (high - low)), 0.5)
@@ -249,10 +204,11 @@ def _sideways(
         start = max(float(middle @ direction), 0.0)
         inner_end = float(inner[inner > middle @ direction].min())
         others = [one.closed for other, one in enumerate(samples) if other not in (0, number)]
-        if any(_distance(points, line, direction, start).min() < radius + wall for points in others):
+        if any(_distance(points, line, direction, start).min() < radius + room.wall for points in others):
             continue
         start_point = line + direction * (inner_end - INTO)
-        return Stem(chamber.name, "side", start_point, direction, outer - inner_end, closed=top)
+        name = room.body.chambers[number - 1].name
+        return Stem(name, "side", start_point, direction, outer - inner_end, closed=top)
     return None
 
 

@@ -18,7 +18,7 @@ from pneumorph.geometry import Body
 from pneumorph.make.mould.plan import GATE, VENT, Plan, before_curing, shared_plan
 from pneumorph.make.mould.release import EVERY, Release, pulled
 from pneumorph.make.mould.samples import Samples
-from pneumorph.make.mould.stems import Stem, depths, port_in_plane
+from pneumorph.make.mould.stems import Room, Stem, depths, port_in_plane
 from pneumorph.problem import MakeSpec
 
 Array = NDArray[np.float64]
@@ -131,8 +131,9 @@ def plan_silicone(body: Body, spec: MakeSpec, wall: float) -> SiliconePlan:
         If no planes along the axis open every chamber, a master cannot be pulled out, or there is no room for the gate;
         with the place.
     """
-    body, samples, radius = before_curing(body, spec)
-    tried = [_divided(body, samples, radius, wall, angle) for angle in _angles(samples)]
+    room = before_curing(body, spec, wall)
+    samples = room.samples
+    tried = [_divided(room, angle) for angle in _angles(samples)]
     possible = [each for each in tried if isinstance(each, _Division)]
     if not possible:
         reasons = [each for each in tried if isinstance(each, str)]
@@ -153,12 +154,12 @@ def plan_silicone(body: Body, spec: MakeSpec, wall: float) -> SiliconePlan:
             f"silicone would be stretched by {worst.stretch:.2g}, more than make.release_stretch = "
             f"{spec.release_stretch:g}; allow more if the silicone bears it, or use the split mould"
         )
-    shared = shared_plan(body, samples, spec, best.stems)
+    shared = shared_plan(room, spec, best.stems)
     return SiliconePlan(
         **vars(shared),
         normal=best.normal,
         offsets=best.offsets,
-        opened={chamber.name: plane for chamber, plane in zip(body.chambers, best.planes, strict=True)},
+        opened={chamber.name: plane for chamber, plane in zip(room.body.chambers, best.planes, strict=True)},
         slabs=best.slabs,
         releases=releases,
         deep=_deep(best.slabs, best.normal, shared),
@@ -174,8 +175,9 @@ def _angles(samples: Sequence[Samples]) -> list[float]:
     return [*np.linspace(0.0, np.pi, _DIRECTIONS, endpoint=False), *(float(angle % np.pi) for angle in through)]
 
 
-def _divided(body: Body, samples: Sequence[Samples], radius: float, wall: float, angle: float) -> _Division | str:
+def _divided(room: Room, angle: float) -> _Division | str:
     """The fewest planes with a normal at an angle that open every chamber; or the reason why there are none."""
+    body, samples = room.body, room.samples
     normal = np.array([np.cos(angle), np.sin(angle), 0.0])
     ranges = []
     for chamber, one in zip(body.chambers, samples[1:], strict=True):
@@ -201,12 +203,13 @@ def _divided(body: Body, samples: Sequence[Samples], radius: float, wall: float,
     planes = [next(k for k, group in enumerate(groups) if number in group) for number in range(len(ranges))]
     stems = []
     for number, (chamber, plane) in enumerate(zip(body.chambers, planes, strict=True), start=1):
-        stem = port_in_plane(number, chamber, samples, radius, wall, (normal, offsets[plane]))
+        stem = port_in_plane(room, number, (normal, offsets[plane]))
         if stem is None:
             height = samples[number].points[:, 2].min()
             return (
                 f"chamber {chamber.name}, z = {height:.0f} mm: in the plane that opens the chamber there is no room "
-                f"for a port of {2 * radius:.2g} mm with {wall:.2g} mm of rubber around it; take a thinner make.tube"
+                f"for a port of {2 * room.radius:.2g} mm with {room.wall:.2g} mm of rubber around it; take a thinner "
+                "make.tube"
             )
         stems.append(stem)
     slabs = _slabs(body, samples, normal, offsets, planes)
