@@ -106,7 +106,8 @@ def ports(room: Room) -> list[Stem]:
             height = chamber.net[:, :, 2].min()
             raise ComputationError(
                 f"chamber {chamber.name} cannot get a port of {2 * room.radius:.2g} mm: at z = {height:.0f} mm there "
-                f"is no straight way out of it with {room.wall:.2g} mm of rubber around the port; take a thinner make.tube"
+                f"is no straight way out of it with {room.wall:.2g} mm of rubber around the port; take a thinner "
+                "make.tube"
             )
     return [stem for stem in stem_of if stem is not None]
 
