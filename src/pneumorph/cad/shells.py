@@ -103,12 +103,17 @@ def encloses(faces: Faces, shell: Shell, point: np.ndarray) -> bool:
 
 
 def winds_around(points: np.ndarray, triangles: np.ndarray, point: np.ndarray) -> bool:
-    """Whether closed flat triangles (t, 3) wind around a point (3,) (Van Oosterom and Strackee 1983)."""
-    a, b, c = np.moveaxis(points[triangles] - point, 1, 0)
+    """Whether closed flat triangles (t, 3) wind around a point (3,)."""
+    return abs(windings(points[triangles], point)) > 0.5
+
+
+def windings(corners: np.ndarray, point: np.ndarray) -> float:
+    """How often closed triangles (t, 3, 3) wind around a point (3,): 1 inside (Van Oosterom and Strackee 1983)."""
+    a, b, c = np.moveaxis(corners - point, 1, 0)
     x, y, z = (np.linalg.norm(each, axis=1) for each in (a, b, c))
     volume = np.einsum("ti,ti->t", a, np.cross(b, c))
     below = x * y * z + _dot(a, b) * z + _dot(b, c) * x + _dot(c, a) * y
-    return abs(2.0 * np.arctan2(volume, below).sum()) > 2.0 * np.pi
+    return float(np.arctan2(volume, below).sum() / (2.0 * np.pi))
 
 
 def asymmetry(faces: Faces, operation: np.ndarray) -> tuple[float, np.ndarray]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -23,11 +22,11 @@ from scipy.spatial.transform import Rotation
 from pneumorph import units
 from pneumorph.cad import stl
 from pneumorph.errors import short
-from pneumorph.problem.directions import Direction, Number, unit_vector
+from pneumorph.problem.beside import contents_of, file_of, stored, with_file
+from pneumorph.problem.directions import Direction, Number
 from pneumorph.problem.models import Length, PositiveLength, RotationalStiffness, Stiffness
 from pneumorph.problem.names import Name
-from pneumorph.problem.reading import read_bytes
-from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table, with_file
+from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Place = tuple[Length, Length, Length]
@@ -114,11 +113,6 @@ class PlaneSpec(_Obstacle):
     normal: Annotated[Direction, Example("e.g. normal = [0, 0, 1]")]
     """Direction out of the obstacle, to the body's side; of any length."""
 
-    @model_validator(mode="after")
-    def _unit_normal(self) -> PlaneSpec:
-        object.__setattr__(self, "normal", unit_vector("normal", self.normal))
-        return self
-
     @property
     def a_point(self) -> None:
         return None
@@ -148,11 +142,6 @@ class CylinderSpec(_Body):
     """Its radius."""
     length: PositiveLength
     """Its length along the axis."""
-
-    @model_validator(mode="after")
-    def _unit_axis(self) -> CylinderSpec:
-        object.__setattr__(self, "axis", unit_vector("axis", self.axis))
-        return self
 
 
 class BoxSpec(_Body):
@@ -193,24 +182,15 @@ class TriangulatedSpec(_Body):
     @model_validator(mode="before")
     @classmethod
     def _read(cls, data: Any, info: ValidationInfo) -> Any:
-        if not isinstance(data, dict) or "file" not in data:
+        path = file_of(data, info, "triangles", 'an STL file; write e.g. file = "part.stl"')
+        if path is None:
             return data
-        if "triangles" in data:
-            raise InvalidKey("file", "is given together with triangles; leave one of them out")
-        if not isinstance(data["file"], str):
-            raise InvalidKey("file", 'should be the name of an STL file; write e.g. file = "part.stl"')
-        path = Path((info.context or {}).get("folder", ".")) / data["file"]
-        shown = short(path, 120)
-        try:
-            content = read_bytes(path, stl.MOST_BYTES)
-        except (OSError, ValueError) as error:
-            why = getattr(error, "strerror", None) or error
-            raise InvalidKey("file", f"{shown} cannot be read ({why}); put it next to the problem file") from None
+        content = contents_of(path, stl.MOST_BYTES)
         try:
             surface = stl.read_stl(content)
         except ValueError as error:
-            raise InvalidKey("file", f"{shown} {error}") from None
-        return {key: value for key, value in data.items() if key != "file"} | {"triangles": stl.pack(surface)}
+            raise InvalidKey("file", f"{short(path, 120)} {error}") from None
+        return stored(data, triangles=stl.pack(surface))
 
     @field_validator("triangles")
     @classmethod

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pneumorph import units
-from pneumorph.problem.directions import Direction, unit_vector
+from pneumorph.problem.directions import Direction
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 
 Length = Annotated[float, Quantity(units.LENGTH)]
@@ -27,11 +27,6 @@ class HalfSpace(Table):
     """A point of the plane."""
     normal: Annotated[Direction, Example("e.g. normal = [0, 1, 0]")]
     """Direction out of the space that must contain the body, of any length."""
-
-    @model_validator(mode="after")
-    def _unit_normal(self) -> HalfSpace:
-        object.__setattr__(self, "normal", unit_vector("normal", self.normal))
-        return self
 
 
 class Envelope(Table):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,36 +16,24 @@ from pneumorph.symmetry.operations import MIRRORS, NORMALS
 
 def keeps_regions(problem: Problem, plane: str) -> bool:
     """Whether the mirror plane "xz" or "yz" maps every region to itself."""
-    matrix = np.diag(np.array(MIRRORS[plane], float))
-    chambers, length = problem.tubes.chamber, problem.body.length
-    names = [chamber.name for chamber in chambers]
-    for region in problem.region:
-        angles = region.within or (region.layer.angles if region.layer else None)
-        if angles is not None:
-            middle = sum(angles) / 2.0
-            # The middle of the region lies in the plane.
-            if abs((math.cos, math.sin)[NORMALS[plane]](middle)) > 1e-6:
-                return False
-        lined = region.sleeve.chambers if region.sleeve else ()
-        images = [image(chambers, names.index(name), matrix, length) for name in lined]
-        if any(number is None or names[number] not in lined for number in images):
-            return False
-    return True
+    parts = ((each.within or (each.layer.angles if each.layer else None), each.sleeve) for each in problem.region)
+    return all(_keeps(problem, plane, angles, sleeve.chambers if sleeve else ()) for angles, sleeve in parts)
 
 
 def keeps_reinforcements(problem: Problem, plane: str) -> bool:
     """Whether the mirror plane "xz" or "yz" maps every reinforcement to itself."""
-    matrix = np.diag(np.array(MIRRORS[plane], float))
-    chambers, length = problem.tubes.chamber, problem.body.length
+    return all(
+        not each.handed and _keeps(problem, plane, each.angles, [name for name in each.surfaces if name != EXTERIOR])
+        for each in reinforcements(problem)
+    )
+
+
+def _keeps(problem: Problem, plane: str, angles: tuple[float, float] | None, on: Sequence[str]) -> bool:
+    """Whether a mirror plane maps a part between angles around the axis, on some chambers, to itself."""
+    # The middle of the part lies in the plane through the axis.
+    if angles is not None and abs((math.cos, math.sin)[NORMALS[plane]](sum(angles) / 2.0)) > 1e-6:
+        return False
+    chambers, matrix = problem.tubes.chamber, np.diag(np.array(MIRRORS[plane], float))
     names = [chamber.name for chamber in chambers]
-    for each in reinforcements(problem):
-        if each.handed:
-            return False
-        # The middle of the part lies in the plane through the axis of its surface.
-        if each.angles is not None and abs((math.cos, math.sin)[NORMALS[plane]](sum(each.angles) / 2.0)) > 1e-6:
-            return False
-        on = [name for name in each.surfaces if name != EXTERIOR]
-        images = [image(chambers, names.index(name), matrix, length) for name in on]
-        if any(number is None or names[number] not in on for number in images):
-            return False
-    return True
+    images = [image(chambers, names.index(name), matrix, problem.body.length) for name in on]
+    return all(number is not None and names[number] in on for number in images)

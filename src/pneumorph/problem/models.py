@@ -12,7 +12,7 @@ from pydantic_core import CoreSchema
 from pneumorph import units
 from pneumorph.errors import Renamed, short
 from pneumorph.problem.components import COMPONENT_OF, component_of, is_turn, renamed
-from pneumorph.problem.directions import Direction, Number, unit_vector
+from pneumorph.problem.directions import Direction, Number
 from pneumorph.problem.envelope import Envelope
 from pneumorph.problem.names import Name
 from pneumorph.problem.objectives import ObjectiveSpec
@@ -163,11 +163,6 @@ class Gravity(Table):
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return {"anyOf": [{"const": "none"}, handler(schema)]}
-
-    @model_validator(mode="after")
-    def _unit_direction(self) -> "Gravity":
-        object.__setattr__(self, "direction", unit_vector("direction", self.direction))
-        return self
 
 
 class Pressure(Variable):

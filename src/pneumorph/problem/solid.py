@@ -8,7 +8,6 @@ import re
 import zlib
 from collections.abc import Sequence
 from functools import lru_cache
-from pathlib import Path
 from string import ascii_uppercase
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -24,14 +23,14 @@ from pneumorph.cad.parts import Place as PlaceOf
 from pneumorph.cad.read import FORMATS, Format, read_faces
 from pneumorph.cad.shells import section_area, shells_of
 from pneumorph.errors import ComputationError, MeshError, ProblemError, short
+from pneumorph.problem.beside import contents_of, file_of, stored, with_file
 from pneumorph.problem.body import BodySpec, Ripple, Symmetry
 from pneumorph.problem.directions import Number
 from pneumorph.problem.gas import Gas
 from pneumorph.problem.models import MOST_CHAMBERS, Length
 from pneumorph.problem.names import Name
-from pneumorph.problem.reading import read_bytes
 from pneumorph.problem.regions import Region
-from pneumorph.problem.table import Example, InvalidKey, Quantity, Table, with_file
+from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 
 MOST_BYTES = 30_000_000
 """Largest file with a body that is read."""
@@ -155,28 +154,19 @@ class SolidSpec(Table):
     @model_validator(mode="before")
     @classmethod
     def _read(cls, data: Any, info: ValidationInfo) -> Any:
-        if not isinstance(data, dict) or "file" not in data:
+        path = file_of(data, info, "data", 'a CAD file; write e.g. file = "finger.step"')
+        if path is None:
             return data
-        if "data" in data:
-            raise InvalidKey("file", "is given together with data; leave one of them out")
-        if not isinstance(data["file"], str):
-            raise InvalidKey("file", 'should be the name of a CAD file; write e.g. file = "finger.step"')
-        path = Path((info.context or {}).get("folder", ".")) / data["file"]
         shown = short(path, 120)
         form = FORMATS.get(path.suffix.lower())
         if form is None:
             known = ", ".join(FORMATS)
             raise InvalidKey("file", f"{shown} is of no known format; save it as one of {known}")
-        try:
-            content = read_bytes(path, MOST_BYTES)
-        except (OSError, ValueError) as error:
-            why = getattr(error, "strerror", None) or error
-            raise InvalidKey("file", f"{shown} cannot be read ({why}); put it next to the problem file") from None
-        packed = base64.b64encode(zlib.compress(content, 9)).decode()
+        packed = base64.b64encode(zlib.compress(contents_of(path, MOST_BYTES), 9)).decode()
         if len(packed) > MOST_TEXT:
             size = f"{len(packed) / 1e6:.2g} MB when compressed, more than {MOST_TEXT / 1e6:g} MB"
             raise InvalidKey("file", f"{shown} has {size}; simplify it in CAD, or make its triangles coarser")
-        return {key: value for key, value in data.items() if key != "file"} | {"data": packed, "format": form}
+        return stored(data, data=packed, format=form)
 
     @model_validator(mode="after")
     def _found_in_the_file(self) -> SolidSpec:

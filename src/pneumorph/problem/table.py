@@ -96,26 +96,6 @@ def _as_in_the_file(schema: dict[str, Any], table: type[BaseModel]) -> None:
             schema["properties"][key]["default"] = defaults[key]
 
 
-def with_file(schema: CoreSchema, handler: GetJsonSchemaHandler, contents: str, description: str) -> dict[str, Any]:
-    """The JSON schema of a table that takes the path of a file as `file` in place of its contents.
-
-    Parameters
-    ----------
-    schema, handler
-        As pydantic gives them to ``__get_pydantic_json_schema__``.
-    contents : str
-        The key of the contents.
-    description : str
-        Of `file`, for users.
-    """
-    reference = handler(schema)
-    table = handler.resolve_ref_schema(reference)
-    table["properties"]["file"] = {"type": "string", "title": "File", "description": description}
-    table["required"].remove(contents)
-    table["oneOf"] = [{"required": ["file"]}, {"required": [contents]}]
-    return reference
-
-
 class Table(BaseModel):
     """A table of the problem file; the text after each key is its description in the schema."""
 

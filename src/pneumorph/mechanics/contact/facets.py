@@ -144,15 +144,6 @@ class Facets:
         return beside[pairs[:, 0]], near[pairs[:, 1]]
 
 
-def turns(triangles: np.ndarray, place: np.ndarray) -> float:
-    """How often a closed surface (T, 3, 3) winds around a place (3,): 1 inside (van Oosterom and Strackee 1983)."""
-    a, b, c = np.moveaxis(triangles - place, 1, 0)
-    p, q, r = (np.linalg.norm(each, axis=1) for each in (a, b, c))
-    volume = np.einsum("ti,ti->t", a, np.cross(b, c))
-    ab, bc, ca = (np.einsum("ti,ti->t", one, other) for one, other in ((a, b), (b, c), (c, a)))
-    return float(np.arctan2(volume, p * q * r + ab * r + bc * p + ca * q).sum() / (2.0 * np.pi))
-
-
 def firsts(triangles: np.ndarray) -> np.ndarray:
     """A corner of every connected piece of triangles (T, a)."""
     corners, corner = np.unique(triangles, return_inverse=True)

@@ -13,8 +13,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from pneumorph.cad.shells import windings
 from pneumorph.mechanics.contact.barrier import barrier_derivatives
-from pneumorph.mechanics.contact.facets import Facets, Parts, firsts, turns
+from pneumorph.mechanics.contact.facets import Facets, Parts, firsts
 from pneumorph.mechanics.contact.obstacle import AREA, FORCE, FULL, NORMAL, Obstacle
 from pneumorph.mechanics.contact.recent import Recent
 from pneumorph.mechanics.contact.samples import SAMPLE_DN, SAMPLE_N, SAMPLE_WEIGHTS
@@ -92,8 +93,8 @@ class Triangulated(Obstacle):
     def apart(self, x: np.ndarray) -> bool:
         """Whether neither is inside the other, if the triangles of `Pairs` do not meet."""
         own, mesh = self._firsts
-        around = [turns(self.mesh.points[self.mesh.triangles], place) for place in x[own]]
-        around += [turns(x[self.faces[:, :3]], place) for place in self.mesh.points[mesh]]
+        around = [windings(self.mesh.points[self.mesh.triangles], place) for place in x[own]]
+        around += [windings(x[self.faces[:, :3]], place) for place in self.mesh.points[mesh]]
         return max(around) < 0.5 and self.facets.near(self.places(x), self.activation).clear
 
     def pressed(self, x: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from pneumorph.problem.checks.motions import check_motions
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
 from pneumorph.problem.checks.room import check_envelope, check_obstacles
-from pneumorph.problem.checks.solid import LARGEST, MAX_CONTROL_POINTS, MAX_ELEMENTS, SMALLEST, check_solid
+from pneumorph.problem.checks.solid import LARGEST, MAX_CONTROL_POINTS, SMALLEST, check_solid, too_many_elements
 from pneumorph.problem.checks.symmetry import check_symmetry
 from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.objectives.table import Known
@@ -150,9 +150,4 @@ def _resolution(problem: Tables) -> Iterator[Fault]:
                 f"{math.floor(body.length / size)} or a finer mesh",
             )
     volume = body.area * body.length - sum(tube.area * length for tube, length in tubes[1:])
-    elements = 6 * volume / size**3
-    if elements > MAX_ELEMENTS:
-        yield (
-            "mesh.size",
-            f"{size:g} mm gives about {elements:.0g} elements, more than {MAX_ELEMENTS}; make it larger",
-        )
+    yield from too_many_elements(volume, size)

@@ -18,9 +18,8 @@ from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.tables import Tables
 from pneumorph.symmetry.operations import operations
 
-MAX_ELEMENTS = 1_000_000
-
-MAX_CONTROL_POINTS = 100_000
+MAX_ELEMENTS, MAX_CONTROL_POINTS = 1_000_000, 100_000
+"""Of a problem: more are taken for a mistake of a unit."""
 
 TURNS = (1, 2, 4)
 """Orders of a rotation that maps lattices along x, y and z to such."""
@@ -31,7 +30,6 @@ SYMMETRIC = 3e-3
 _FROM_BASE = 1e-3
 """How far base and tip of a body may be from the axis, and the base from z = 0, relative to its length, where an
 objective measures from the base along the axis."""
-
 
 SMALLEST, LARGEST = 1.0, 5000.0
 """Diagonals in mm of bodies that are taken to be meant: others are of another unit."""
@@ -61,12 +59,7 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
     yield from _designed(problem, body)
     a, b, c = np.moveaxis(faces.points[faces.triangles[:, :3]], 1, 0)
     volume = float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
-    elements = 6.0 * volume / size**3
-    if elements > MAX_ELEMENTS:
-        yield (
-            "mesh.size",
-            f"{size:g} mm gives about {elements:.0g} elements, more than {MAX_ELEMENTS}; make it larger",
-        )
+    yield from too_many_elements(volume, size)
     base, tip = body.ends
     off = max(np.abs(base).max(), np.hypot(*tip[:2]))
     for index, task in enumerate(problem.task):
@@ -76,6 +69,13 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
                 "measures from the centre of the base along z; move the body in CAD so that its base is centred at the "
                 "origin and its tip on the z axis",
             )
+
+
+def too_many_elements(volume: float, size: float) -> Iterator[tuple[str, str]]:
+    """The fault of a size of elements in mm that is too small for a volume in mm³."""
+    elements = 6.0 * volume / size**3
+    if elements > MAX_ELEMENTS:
+        yield "mesh.size", f"{size:g} mm gives about {elements:.0g} elements, more than {MAX_ELEMENTS}; make it larger"
 
 
 def _seals(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:

@@ -2,17 +2,16 @@
 
 import io
 import keyword
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, GetJsonSchemaHandler, Strict, ValidationInfo, field_validator, model_validator
 from pydantic_core import CoreSchema
 
 from pneumorph.errors import short
+from pneumorph.problem.beside import contents_of, file_of, stored, with_file
 from pneumorph.problem.objectives.table import ObjectiveTable
 from pneumorph.problem.objectives.words import Amount, Result
-from pneumorph.problem.reading import read_bytes
-from pneumorph.problem.table import Example, InvalidKey, with_file
+from pneumorph.problem.table import Example, InvalidKey
 
 MOST_CODE = 100_000
 """Characters of a user's function: whoever is asked whether it may run has to read it."""
@@ -44,21 +43,17 @@ class Custom(ObjectiveTable):
     @model_validator(mode="before")
     @classmethod
     def _read(cls, data: Any, info: ValidationInfo) -> Any:
-        if not isinstance(data, dict) or "file" not in data:
+        path = file_of(data, info, "code", 'a Python file; write e.g. file = "objective.py"')
+        if path is None:
             return data
-        if "code" in data:
-            raise InvalidKey("file", "is given together with code; leave one of them out")
-        if not isinstance(data["file"], str):
-            raise InvalidKey("file", 'should be the name of a Python file; write e.g. file = "objective.py"')
-        path = Path((info.context or {}).get("folder", ".")) / data["file"]
         try:
             # With the ends of lines that Python gives every text.
-            code = io.TextIOWrapper(io.BytesIO(read_bytes(path)), encoding="utf-8-sig").read()
-        except (OSError, ValueError) as error:
-            why = getattr(error, "strerror", None) or "it is not UTF-8 text"
-            shown = short(path, 120)
-            raise InvalidKey("file", f"{shown} cannot be read ({why}); put it next to the problem file") from None
-        return {key: value for key, value in data.items() if key != "file"} | {"code": code}
+            code = io.TextIOWrapper(io.BytesIO(contents_of(path)), encoding="utf-8-sig").read()
+        except UnicodeDecodeError:
+            raise InvalidKey(
+                "file", f"{short(path, 120)} cannot be read (it is not UTF-8 text); save it as such"
+            ) from None
+        return stored(data, code=code)
 
     @field_validator("function")
     @classmethod

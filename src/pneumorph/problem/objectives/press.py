@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import model_validator
 
 from pneumorph import units
-from pneumorph.problem.directions import Direction, unit_vector
+from pneumorph.problem.directions import Direction
 from pneumorph.problem.names import Name
 from pneumorph.problem.objectives.table import Fault, Known, ObjectiveTable, unknown_obstacle
 from pneumorph.problem.objectives.words import Amount, Result
@@ -34,9 +34,7 @@ class Press(ObjectiveTable):
     """Target for the force; by default as large as possible."""
 
     @model_validator(mode="after")
-    def _unit_direction(self) -> "Press":
-        if self.direction is not None:
-            object.__setattr__(self, "direction", unit_vector("direction", self.direction))
+    def _pushes(self) -> "Press":
         if self.direction is None and self.force is not None and self.force <= 0:
             raise InvalidKey("force", 'is not above zero, as normal forces are; write e.g. force = "2 N"')
         return self
