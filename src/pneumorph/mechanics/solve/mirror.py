@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from math import nan
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting_in
-from pneumorph.problem.mirrored import keeps_regions, keeps_reinforcements
-from pneumorph.symmetry.operations import MIRRORS, operations
+from pneumorph.problem.designed import reinforcements
+from pneumorph.problem.reinforcement import EXTERIOR
+from pneumorph.symmetry.images import image
+from pneumorph.symmetry.operations import MIRRORS, NORMALS, operations
 
 Pressures = Mapping[str, float]
 
@@ -43,8 +45,8 @@ def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -
     if pressures is not None:
         return list(pressures)
     return [
-        {name: nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
-        | dict.fromkeys([*task.volumes, *sealed(problem)], nan)
+        {name: math.nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
+        | dict.fromkeys([*task.volumes, *sealed(problem)], math.nan)
         for task in problem.task
     ]
 
@@ -76,8 +78,8 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures], under:
     axial = np.prod(mirror) * mirror
     return (
         any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
-        and keeps_regions(problem, plane)
-        and keeps_reinforcements(problem, plane)
+        and _keeps_regions(problem, plane)
+        and _keeps_reinforcements(problem, plane)
         and not any(loads.breaking(np.diag(mirror)) for loads in under)
         and all(task.objective.keeps(mirror.tolist(), axial.tolist()) for task in problem.task)
         and all(
@@ -91,9 +93,34 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures], under:
 def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
     """Chambers off the plane, each with its mirror image."""
     for one in problem.tubes.chamber:
-        image = mirror[:2] * one.center
-        if np.allclose(image, one.center):
+        there = mirror[:2] * one.center
+        if np.allclose(there, one.center):
             continue
         for other in problem.tubes.chamber:
-            if np.allclose([*image, *one.span], [*other.center, *other.span]):
+            if np.allclose([*there, *one.span], [*other.center, *other.span]):
                 yield one.name, other.name
+
+
+def _keeps_regions(problem: Problem, plane: str) -> bool:
+    """Whether the mirror plane "xz" or "yz" maps every region to itself."""
+    parts = ((each.within or (each.layer.angles if each.layer else None), each.sleeve) for each in problem.region)
+    return all(_keeps(problem, plane, angles, sleeve.chambers if sleeve else ()) for angles, sleeve in parts)
+
+
+def _keeps_reinforcements(problem: Problem, plane: str) -> bool:
+    """Whether the mirror plane "xz" or "yz" maps every reinforcement to itself."""
+    return all(
+        not each.handed and _keeps(problem, plane, each.angles, [name for name in each.surfaces if name != EXTERIOR])
+        for each in reinforcements(problem)
+    )
+
+
+def _keeps(problem: Problem, plane: str, angles: tuple[float, float] | None, on: Sequence[str]) -> bool:
+    """Whether a mirror plane maps a part between angles around the axis, on some chambers, to itself."""
+    # The middle of the part lies in the plane through the axis.
+    if angles is not None and abs((math.cos, math.sin)[NORMALS[plane]](sum(angles) / 2.0)) > 1e-6:
+        return False
+    chambers, matrix = problem.tubes.chamber, np.diag(np.array(MIRRORS[plane], float))
+    names = [chamber.name for chamber in chambers]
+    images = [image(chambers, names.index(name), matrix, problem.body.length) for name in on]
+    return all(number is not None and names[number] in on for number in images)
