@@ -11,7 +11,6 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import Run, open_run
 from pneumorph.output.cuts import Cut
 from pneumorph.output.pictures import picture_names, run_pictures
-from pneumorph.problem import Trust
 
 
 def draw(
@@ -44,7 +43,16 @@ def draw(
         If an option does not fit the picture or the run.
     """
     if not source.is_dir():
-        _draw_start(source, picture, design, cut, at, task, format, out, asking(trust))
+        start = design_of(source, design, asking(trust))
+        if picture not in ("body", "inflation"):
+            raise ProblemError(f'draw: "{picture}" is a picture of a run; of a problem file draw body or inflation')
+        suffix = format or ("png" if picture == "body" else "gif")
+        path = source.with_name(f"{source.stem}_{picture}.{suffix}") if out is None else out
+        if picture == "body":
+            start.plot(path, cast(Cut | None, cut), at, task)
+        else:
+            start.animate(path, task, cast(Cut | None, cut), at)
+        print(f"written to {path}")
         return
     run = open_run(source, asking(trust))
     if picture != "all":
@@ -55,30 +63,6 @@ def draw(
         if value is not None:
             raise ProblemError(f"{option}: means nothing for all pictures; name one of them or leave it out")
     _draw_all(run)
-
-
-def _draw_start(
-    source: Path,
-    picture: str,
-    design: int | None,
-    cut: str | None,
-    at: str | None,
-    task: str | None,
-    format: str | None,
-    out: Path | None,
-    trust: Trust,
-) -> None:
-    """Draw the starting body of a problem file; the parameters are those of `draw`."""
-    start = design_of(source, design, trust)
-    if picture not in ("body", "inflation"):
-        raise ProblemError(f'draw: "{picture}" is a picture of a run; of a problem file draw body or inflation')
-    suffix = format or ("png" if picture == "body" else "gif")
-    path = source.with_name(f"{source.stem}_{picture}.{suffix}") if out is None else out
-    if picture == "body":
-        start.plot(path, cast(Cut | None, cut), at, task)
-    else:
-        start.animate(path, task, cast(Cut | None, cut), at)
-    print(f"written to {path}")
 
 
 def _draw_all(run: Run) -> None:
