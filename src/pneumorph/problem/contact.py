@@ -6,8 +6,6 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import (
-    BeforeValidator,
-    Discriminator,
     Field,
     GetJsonSchemaHandler,
     Strict,
@@ -24,6 +22,7 @@ from pneumorph.cad import stl
 from pneumorph.errors import short
 from pneumorph.problem.beside import contents_of, file_of, stored, with_file
 from pneumorph.problem.directions import Direction, Number
+from pneumorph.problem.kinds import by_kind, known
 from pneumorph.problem.models import Length, PositiveLength, RotationalStiffness, Stiffness
 from pneumorph.problem.names import Name
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
@@ -217,24 +216,12 @@ class TriangulatedSpec(_Body):
 KINDS = ("plane", "sphere", "cylinder", "box", "mesh")
 
 
-def _of_a_known_kind(data: Any) -> Any:
-    kind = data.get("kind") if isinstance(data, dict) else getattr(data, "kind", None)
-    if not isinstance(kind, str) or kind not in KINDS:
-        wrong = "is missing" if kind is None else f'"{short(kind)}" is not a known kind of obstacle'
-        raise InvalidKey("kind", f"{wrong}; use one of {', '.join(KINDS)}")
-    return data
-
-
-def _tag(data: Any) -> str:
-    return TAG + (data["kind"] if isinstance(data, dict) else data.kind)
-
-
 ObstacleSpec = Annotated[
     Annotated[PlaneSpec, Tag(TAG + "plane")]
     | Annotated[SphereSpec, Tag(TAG + "sphere")]
     | Annotated[CylinderSpec, Tag(TAG + "cylinder")]
     | Annotated[BoxSpec, Tag(TAG + "box")]
     | Annotated[TriangulatedSpec, Tag(TAG + "mesh")],
-    Discriminator(_tag),
-    BeforeValidator(_of_a_known_kind),
+    by_kind(),
+    known(KINDS, "obstacle"),
 ]

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
+from pydantic import Field, Strict, Tag, model_validator
 
 from pneumorph import units
-from pneumorph.errors import short
+from pneumorph.problem.kinds import by_kind, known
 from pneumorph.problem.outline import SAME, Outline, arc, area, centroid, crosses_itself, directions, rounded
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
@@ -172,15 +172,5 @@ _Tables = (
 KINDS = ("ellipse", "rectangle", "polygon", "half-round", "points")
 
 
-def _of_a_known_kind(data: Any) -> Any:
-    if isinstance(data, dict) and data.get("kind") not in KINDS:
-        given = f'"{short(str(data["kind"]))}" is not a known kind of section' if "kind" in data else "is missing"
-        raise InvalidKey("kind", f"{given}; use one of {', '.join(KINDS)}, or for a circle radius in place of section")
-    return data
-
-
-def _tag(data: Any) -> str:
-    return TAG + (data["kind"] if isinstance(data, dict) else data.kind)
-
-
-Section = Annotated[_Tables, Discriminator(_tag), BeforeValidator(_of_a_known_kind)]
+_INSTEAD = ", or for a circle radius in place of section"
+Section = Annotated[_Tables, by_kind(), known(KINDS, "section", instead=_INSTEAD)]

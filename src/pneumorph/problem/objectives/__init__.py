@@ -1,10 +1,10 @@
 """Objectives of a task, a file for the keys of each kind; `objective/kinds` has what is minimised and shown."""
 
-from typing import Annotated, Any, get_args
+from typing import Annotated, get_args
 
-from pydantic import BeforeValidator, Discriminator, Tag
+from pydantic import Tag
 
-from pneumorph.errors import short
+from pneumorph.problem.kinds import by_kind, known
 from pneumorph.problem.objectives.contact_area import ContactArea
 from pneumorph.problem.objectives.custom import Custom
 from pneumorph.problem.objectives.match_curve import MatchCurve
@@ -14,7 +14,7 @@ from pneumorph.problem.objectives.motion import TargetMotion
 from pneumorph.problem.objectives.pose import TargetPose
 from pneumorph.problem.objectives.press import Press
 from pneumorph.problem.objectives.reach import Reach
-from pneumorph.problem.table import TAG, InvalidKey
+from pneumorph.problem.table import TAG
 
 _Tables = (
     Annotated[Maximize, Tag(TAG + "maximize")]
@@ -30,16 +30,4 @@ _Tables = (
 KINDS = [table.__metadata__[0].tag.removeprefix(TAG) for table in get_args(_Tables)]
 
 
-def _of_a_known_kind(data: Any) -> Any:
-    kind = data.get("kind", "maximize") if isinstance(data, dict) else "maximize"
-    if not isinstance(kind, str) or kind not in KINDS:
-        shown = f'"{short(kind)}"' if isinstance(kind, str) else f"a {type(kind).__name__}"
-        raise InvalidKey("kind", f"{shown} is not a known kind of objective; use one of {', '.join(KINDS)}")
-    return data
-
-
-def _tag(data: Any) -> str:
-    return TAG + (data.get("kind", "maximize") if isinstance(data, dict) else getattr(data, "kind", "maximize"))
-
-
-ObjectiveSpec = Annotated[_Tables, Discriminator(_tag), BeforeValidator(_of_a_known_kind)]
+ObjectiveSpec = Annotated[_Tables, by_kind("maximize"), known(KINDS, "objective", "maximize")]
