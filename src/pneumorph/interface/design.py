@@ -35,6 +35,7 @@ from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.report import LimitReading
 from pneumorph.problem import Problem
+from pneumorph.problem.designed import starting_at
 from pneumorph.results import Fields, HistoryEntry, TaskResult
 
 if TYPE_CHECKING:
@@ -427,7 +428,7 @@ class Design:
 
     @cached_property
     def _analysed(self) -> tuple[Discretisation, Analysis]:
-        problem = _with_pressures(self.problem, self.pressures)
+        problem = starting_at(self.problem, self.pressures)
         space = space_of(problem, self.body)
         disc = discretise(problem, self.body)
         return disc, analyse_start(problem, space, disc, space.start)
@@ -445,19 +446,3 @@ def starting_design(problem: Problem) -> Design:
     """
     pressures = {task.name: {name: pressure.start for name, pressure in task.pressure.items()} for task in problem.task}
     return Design(problem, body_of(problem), pressures)
-
-
-def _with_pressures(problem: Problem, pressures: Mapping[str, Mapping[str, float]]) -> Problem:
-    """The problem with the pressures of a design as its starting pressures."""
-    tasks = [
-        task.model_copy(
-            update={
-                "pressure": {
-                    name: pressure.model_copy(update={"start": pressures[task.name][name]})
-                    for name, pressure in task.pressure.items()
-                }
-            }
-        )
-        for task in problem.task
-    ]
-    return problem.model_copy(update={"task": tuple(tasks)})

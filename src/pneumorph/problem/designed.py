@@ -1,4 +1,4 @@
-"""Sheets and fibres of a problem, and which of their data are designed."""
+"""What is designed of a problem beside its shape: pressures, and data of sheets and fibres."""
 
 from __future__ import annotations
 
@@ -38,6 +38,22 @@ def starting_from(problem: Problem, values: Mapping[str, Mapping[str, float]]) -
     return problem.model_copy(
         update={"membrane": tuple(map(changed, problem.membrane)), "fibres": tuple(map(changed, problem.fibres))}
     )
+
+
+def starting_at(problem: Problem, pressures: Mapping[str, Mapping[str, float]]) -> Problem:
+    """The problem with the pressures of a design as its starting pressures."""
+    tasks = [
+        task.model_copy(
+            update={
+                "pressure": {
+                    name: pressure.model_copy(update={"start": pressures[task.name][name]})
+                    for name, pressure in task.pressure.items()
+                }
+            }
+        )
+        for task in problem.task
+    ]
+    return problem.model_copy(update={"task": tuple(tasks)})
 
 
 def surrounds(problem: Problem) -> bool:
