@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline
 
+CUBIC = 3
+"""The degree of all bases; only their derivatives have lower ones."""
+
 
 @dataclass(frozen=True)
 class Basis:
@@ -95,34 +98,32 @@ class Basis:
         return self._functions(t, nu=derivative)
 
 
-def periodic(count: int, degree: int = 3) -> Basis:
-    """A periodic basis of `count` functions (odd degree); control point i belongs to t = i / count.
+def periodic(count: int) -> Basis:
+    """A periodic cubic basis of `count` functions; control point i belongs to t = i / count.
 
     Raises
     ------
     ValueError
-        If the degree is even or not less than `count`.
+        If there are no more than three.
     """
-    if count <= degree or degree % 2 == 0:
-        raise ValueError(
-            f"a periodic basis needs an odd degree less than its count of functions; got {degree}, {count}"
-        )
-    return Basis(degree, count, periodic=True)
+    if count <= CUBIC:
+        raise ValueError(f"a periodic cubic basis needs at least four functions; got {count}")
+    return Basis(CUBIC, count, periodic=True)
 
 
-def uniform(spans: int, degree: int = 3) -> Basis:
-    """A basis on `spans` equal knot spans of which all functions are alike; some reach beyond [0, 1].
+def uniform(spans: int) -> Basis:
+    """A cubic basis on `spans` equal knot spans of which all functions are alike; some reach beyond [0, 1].
 
     Raises
     ------
     ValueError
         If there is no knot span.
     """
-    return replace(clamped(spans, degree), clamped=False)
+    return replace(clamped(spans), clamped=False)
 
 
-def clamped(spans: int, degree: int = 3) -> Basis:
-    """A basis on `spans` equal knot spans; the first and last control points are the ends of the curve.
+def clamped(spans: int) -> Basis:
+    """A cubic basis on `spans` equal knot spans; the first and last control points are the ends of the curve.
 
     Raises
     ------
@@ -131,4 +132,4 @@ def clamped(spans: int, degree: int = 3) -> Basis:
     """
     if spans < 1:
         raise ValueError(f"a clamped basis needs at least one knot span; got {spans}")
-    return Basis(degree, spans + degree, periodic=False)
+    return Basis(CUBIC, spans + CUBIC, periodic=False)

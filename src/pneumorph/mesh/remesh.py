@@ -12,22 +12,13 @@ _STRETCH = 1.5  # growth of edges of the surface beyond which they are too coars
 _TURN = np.radians(75)
 
 
-def needs_remesh(morph: Morph, P: np.ndarray, positions: np.ndarray | None = None) -> str | None:
-    """The reason why the mesh no longer suits the body, or None if it does.
+def needs_remesh(morph: Morph, P: np.ndarray) -> str | None:
+    """The reason why the mesh no longer suits the body with control points P (n_points, 3), or None if it does.
 
     A mesh that was poor, or had sharply curved edges, when it was built is compared with its own initial state, so
     that a body that is hard to mesh is not remeshed for every design.
-
-    Parameters
-    ----------
-    morph : Morph
-    P : (n_points, 3) float
-        Control points of the present body.
-    positions : (N, 3) float, optional
-        ``morph.positions(P)``, if already computed.
     """
-    fresh = morph.mesh.points
-    now = morph.positions(P) if positions is None else positions
+    fresh, now = morph.mesh.points, morph.positions(P)
     fresh_quality, quality = (scaled_jacobian(points, morph.mesh.tets).min() for points in (fresh, now))
     if quality < min(_POOR, 0.5 * fresh_quality):
         return f"the worst element's quality fell from {fresh_quality:.2f} to {quality:.2f}"

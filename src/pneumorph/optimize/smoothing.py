@@ -67,7 +67,7 @@ class Smoothing:
         return out
 
 
-def build_smoothing(space: DesignSpace, strength: float = STRENGTH) -> Smoothing:
-    """The smoothing of a design space; `strength` is that of the averages, see `Surface.average`."""
-    averages = tuple(surface.average(strength) for surface in space.reference.surfaces)
+def build_smoothing(space: DesignSpace) -> Smoothing:
+    """The smoothing of a design space."""
+    averages = tuple(surface.average(STRENGTH) for surface in space.reference.surfaces)
     return Smoothing(space, averages, np.asarray(space.L.power(2).sum(axis=0)).ravel())

@@ -43,10 +43,10 @@ def in_steps(values: np.ndarray, step: float, differences: bool = False) -> Step
     return Steps(np.rint(np.asarray(values, float) / step).astype(np.int64), step, differences)
 
 
-def in_parts(values: np.ndarray, parts: int = 32767) -> Steps:
-    """Numbers rounded to multiples of the largest over `parts`, by default to what two bytes hold."""
+def in_parts(values: np.ndarray) -> Steps:
+    """Numbers rounded to so many parts of the largest as two bytes hold."""
     largest = float(np.abs(values).max(initial=0.0))
-    return in_steps(values, largest / parts if largest > 0.0 else 1.0)
+    return in_steps(values, largest / 32767 if largest > 0.0 else 1.0)
 
 
 def pack(facts: Mapping[str, Any], arrays: Mapping[str, Steps], level: int = 9) -> bytes:

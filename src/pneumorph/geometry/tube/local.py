@@ -35,15 +35,14 @@ def _nonzero(basis: Basis, span: Ints) -> Ints:
     return (number - 1) % basis.count if basis.periodic else number
 
 
-def nonzero_functions(basis: Basis, t: ArrayLike, derivative: int = 0) -> tuple[Ints, Floats]:
-    """The four basis functions nonzero at each parameter t (n,): indices and values (or derivatives), each (n, 4)."""
+def nonzero_functions(basis: Basis, t: ArrayLike) -> tuple[Ints, Floats]:
+    """The four basis functions nonzero at each parameter t (n,): indices and values, each (n, 4)."""
     t = np.asarray(t, dtype=float)
     t = t % 1.0 if basis.periodic else np.clip(t, 0.0, 1.0)
     span = np.minimum((t * basis.spans).astype(np.int64), basis.spans - 1)
-    u, powers = t * basis.spans - span, np.zeros((len(t), 4))
-    for k in range(derivative, 4):
-        powers[:, k] = np.prod(np.arange(k, k - derivative, -1)) * u ** (k - derivative)
-    return _nonzero(basis, span), np.einsum("nik,nk->ni", pieces(basis)[span], powers) * basis.spans**derivative
+    u = t * basis.spans - span
+    powers = np.stack([u**k for k in range(4)], axis=1)
+    return _nonzero(basis, span), np.einsum("nik,nk->ni", pieces(basis)[span], powers)
 
 
 def point_weights(surface: TubeSurface, q: ArrayLike, r: ArrayLike) -> tuple[Ints, Floats]:
