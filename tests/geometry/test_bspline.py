@@ -54,7 +54,7 @@ def test_clamped_basis_reproduces_straight_lines_and_ends(spans, t):
 def test_nonsense_is_refused():
     with pytest.raises(ValueError, match="lie in"):
         clamped(5).matrix([1.1])
-    with pytest.raises(ValueError, match="odd degree"):
+    with pytest.raises(ValueError, match="at least four"):
         periodic(3)
     with pytest.raises(ValueError, match="at least one"):
         clamped(0)
