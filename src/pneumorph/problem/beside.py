@@ -48,7 +48,7 @@ def contents_of(path: Path, most: int = MOST_BYTES) -> bytes:
         raise InvalidKey("file", f"{why}; put it next to the problem file") from None
 
 
-def stored(data: dict[str, Any], **contents: Any) -> dict[str, Any]:
+def stored(data: dict[str, Any], /, **contents: Any) -> dict[str, Any]:
     """The table with contents in place of the path."""
     return {key: value for key, value in data.items() if key != "file"} | contents
 
