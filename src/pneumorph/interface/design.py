@@ -262,7 +262,7 @@ class Design:
 
         names = None if task is None else [self._task(task)]
         known = (self.stored, self.entry.tasks) if self.entry is not None else (None, None)
-        return tolerance_report(_with_pressures(self.problem, self.pressures), self.body, tolerances, names, *known)
+        return tolerance_report(starting_at(self.problem, self.pressures), self.body, tolerances, names, *known)
 
     def make(self, folder: str | Path, chord: float = 0.02) -> MadeFiles:
         """Write all files for manufacturing the design and its mould, and check them; see ``docs/making.md``.
