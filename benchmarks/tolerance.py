@@ -13,13 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 import pneumorph as pm
-from pneumorph.analysis.scatter import UNITS, Tolerances, Whole, analyse_whole, scatter_of, shape_causes
+from pneumorph.analysis.near import Solved, analyse_near
+from pneumorph.analysis.scatter import UNITS, Tolerances, scatter_of, shape_causes
 from pneumorph.mechanics import Equilibrium, predict, solve
 from pneumorph.objective import measure_features
 from pneumorph.problem.components import MOTIONS
 
 
-def sampled(whole: Whole, task: str, samples: int, seed: int) -> tuple[np.ndarray, int]:
+def sampled(whole: Solved, task: str, samples: int, seed: int) -> tuple[np.ndarray, int]:
     """Motions (n, 6) of castings of a body in a task, and the number of those without an equilibrium."""
     at, state = whole.analysis.configurations[task], whole.analysis.equilibria[task].state
     disc, tolerances, random = whole.disc, Tolerances(), np.random.default_rng(seed)
@@ -61,7 +62,7 @@ def main() -> None:
     for run in asked.runs:
         design = pm.open_run(run).best
         problem = design.problem.with_changes({"mesh.size": asked.size}) if asked.size else design.problem
-        whole = analyse_whole(problem, design.body, design.stored, design.entry.tasks)
+        whole = analyse_near(problem, design.body, (), design.stored, design.entry.tasks)
         for task, scatter in scatter_of(whole, Tolerances()).items():
             motions, missing = sampled(whole, task, asked.samples, asked.seed)
             largest = scatter.deviations * ([1.0] * 3 + [10.0] * 3)

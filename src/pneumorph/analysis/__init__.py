@@ -1,5 +1,6 @@
 """Analysis of one design: mesh, equilibria of its tasks, gradient, and what is reported and stored of it."""
 
+from pneumorph.analysis.accuracy import finest_motions
 from pneumorph.analysis.analyse import (
     Analysis,
     Discretisation,
@@ -54,6 +55,7 @@ __all__ = [
     "design_slopes",
     "discretise",
     "expect_limit_points",
+    "finest_motions",
     "lateral_slope_of",
     "lateral_stability",
     "lateral_stiffness",

@@ -10,28 +10,20 @@ where R_s are the forces of the rubber whose moduli are multiplied by s. Nothing
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 import numpy as np
 
-from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
-from pneumorph.analysis.bodies import mesh_of
-from pneumorph.analysis.explore import objects_of
+from pneumorph.analysis.near import Solved
 from pneumorph.analysis.surface_motions import core_shift, core_tilt, growth, offset
 from pneumorph.doing import doing
-from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body
-from pneumorph.geometry.starting import space_of
-from pneumorph.mechanics import Configuration, Guess, NoEquilibrium, deformation_gradients, loads_of, restored
+from pneumorph.mechanics import Configuration
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
-from pneumorph.mesh.transfer import at_places, between_points, locate, quadrature_points
-from pneumorph.problem import Problem
-from pneumorph.problem.acting import acting
-from pneumorph.results import Cause, Fields, Scatter, TaskResult
+from pneumorph.results import Cause, Scatter
 from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
 
 
@@ -80,68 +72,12 @@ class ShapeCause(NamedTuple):
     motion: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class Whole:
-    """A body of a problem, meshed and solved as a whole: what varies is not symmetric."""
-
-    problem: Problem
-    disc: Discretisation
-    analysis: Analysis
-
-
-def analyse_whole(
-    problem: Problem, body: Body, stored: Fields | None = None, results: Mapping[str, TaskResult] | None = None
-) -> Whole:
-    """Mesh a whole body and find the states of all tasks, for `scatter_of`.
-
-    Parameters
-    ----------
-    problem : with the pressures of the body as those it starts from.
-    body : one of its designs.
-    stored, results : displacements and results of the tasks, if they are known: the states are sought near them.
-
-    Raises
-    ------
-    ComputationError
-        If the body cannot be meshed, or a task has no equilibrium.
-    """
-    space = space_of(problem, body)
-    with doing("the whole body"):
-        disc = build_discretisation(problem, mesh_of(problem, body, ()), body.control_points())
-        near = None if stored is None else _states_near(problem, disc, stored, results or {})
-        analysis = analyse(problem, space, disc, space.start, near)
-        if isinstance(analysis, NoEquilibrium):
-            analysis = analyse(problem, space, disc, space.start, explain=True)
-    if isinstance(analysis, NoEquilibrium):
-        raise ComputationError(f"the whole body has no equilibrium: {analysis.reason}")
-    return Whole(problem, disc, analysis)
-
-
-def _states_near(
-    problem: Problem, disc: Discretisation, stored: Fields, results: Mapping[str, TaskResult]
-) -> dict[str, Guess]:
-    """Stored states on the mesh of the whole body."""
-    whole, X, model = stored.whole(), disc.morph.mesh.points, disc.model
-    nodes = locate(whole.mesh, X)
-    points = locate(whole.mesh, quadrature_points(disc.morph.mesh.tets, X))
-    guesses = {}
-    for task in problem.task:
-        result, u = results[task.name], whole.u[task.name]
-        loads = loads_of(problem, model, dict(result.pressures), task.poses, under=acting(problem, task))
-        plate = np.array([*result.translation, *result.rotation]) if model.plate else np.zeros(6)
-        objects = objects_of(model, loads, result)
-        state = restored(model, X, at_places(whole.mesh, u, nodes), plate, objects)
-        F = deformation_gradients(whole.mesh.tets, whole.mesh.points, u)
-        guesses[task.name] = Guess(state, between_points(F, points).reshape(3, 3, 4, -1))
-    return guesses
-
-
-def scatter_of(whole: Whole, tolerances: Tolerances) -> dict[str, Scatter]:
+def scatter_of(whole: Solved, tolerances: Tolerances) -> dict[str, Scatter]:
     """How every cause of scatter moves the tip in every task, by one adjoint for each of its six motions.
 
     Parameters
     ----------
-    whole : the body with its states.
+    whole : the whole body with its states: what varies is not symmetric.
     tolerances : what varies, and by how much.
     """
     disc, analysis = whole.disc, whole.analysis

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -16,6 +16,21 @@ STIFFER = 0.01
 
 LEAST = {"mm": 0.05, "°": 0.1}
 """Motions of the tip below which they are not worth telling."""
+
+
+def of_the_mesh(objective: ObjectiveTable, result: TaskResult, finer: Sequence[float]) -> Iterator[str]:
+    """A sentence for each motion of a task, or one for the tip: how far it is from that on infinitely fine meshes."""
+    missing = np.array(finer) - [*result.translation, *result.rotation]
+    for name, sign in objective.tip_motions.items():
+        k, amount = MOTIONS.index(name), motion_amount(name, sign, result)
+        more = sign * missing[k] * (1.0 if amount.unit == "mm" else float(np.degrees(1.0)))
+        yield (
+            f"{amount.word} {amount.value:.2f} ± {abs(more):.2g} {amount.unit} (mesh): about {amount.value + more:.2f} "
+            f"{amount.unit} on a fine mesh"
+        )
+    if not objective.tip_motions:
+        place, turn = np.linalg.norm(missing[:3]), np.degrees(np.linalg.norm(missing[3:]))
+        yield f"on a fine mesh the tip is about {place:.2g} mm and {turn:.2g}° from where it is here"
 
 
 def certainty(objective: ObjectiveTable, result: TaskResult, rates: MotionRates) -> Iterator[str]:

@@ -10,7 +10,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from pneumorph.cli.certainty import certainty
+from pneumorph.cli.certainty import certainty, of_the_mesh
 from pneumorph.cli.columns import MARK
 from pneumorph.cli.verdict import verdict
 from pneumorph.interface.runs import Run
@@ -33,6 +33,9 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     yield tasks_table(run.problem, start, result)
     rubbers = rubbers_of(run.problem)
     for task in run.problem.task:
+        if finer := result.finer.get(task.name):
+            for sentence in of_the_mesh(task.objective, result.tasks[task.name], finer):
+                yield Text(f"{task.name}: {sentence}")
         if rates := result.rates.get(task.name):
             for sentence in certainty(task.objective, result.tasks[task.name], rates):
                 yield Text(f"{task.name}: {sentence}")

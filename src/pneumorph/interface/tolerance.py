@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis.scatter import Tolerances, analyse_whole, scatter_of
+from pneumorph.analysis.near import analyse_near
+from pneumorph.analysis.scatter import Tolerances, scatter_of
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.problem import Problem, Task
@@ -90,7 +91,7 @@ def tolerance_report(
     body : whose walls, cores and rubbers vary.
     given : tolerances other than the usual ones, as text, see `read_tolerances`.
     tasks : the only ones, by default all.
-    stored, results : see `analyse_whole`.
+    stored, results : see `analyse_near`.
 
     Raises
     ------
@@ -102,7 +103,7 @@ def tolerance_report(
     tolerances = read_tolerances(given)
     if tasks is not None:
         problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
-    return ToleranceReport(problem, scatter_of(analyse_whole(problem, body, stored, results), tolerances))
+    return ToleranceReport(problem, scatter_of(analyse_near(problem, body, (), stored, results), tolerances))
 
 
 def read_tolerances(given: Mapping[str, Any]) -> Tolerances:

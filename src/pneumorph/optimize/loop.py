@@ -17,6 +17,7 @@ from pneumorph.analysis import (
     collect_fields,
     compute_inflation,
     compute_sag,
+    finest_motions,
     motion_rates,
     near_margins,
 )
@@ -147,5 +148,6 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
         )
         fields = collect_fields(last.disc, last.analysis, sag, inflation)
         rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
+        mesh = finest_motions(setup.problem, last.disc, last.analysis)
     ahead = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
-    return Finished(last.number, why, last.feasible, is_stable, rates, ahead, fields)
+    return Finished(last.number, why, last.feasible, is_stable, rates, ahead, mesh, fields)

@@ -228,6 +228,9 @@ class RunResult:
     rates : {task: MotionRates}, at the last states.
     margins : {task: float}
         Of tasks near ballooning: the pressures at which that happens, over the working ones.
+    finer : {task: (6,)}
+        Estimates of the tip's translation (mm) and rotation vector (rad) without the error of the mesh; empty where
+        they are not known.
     """
 
     title: str
@@ -248,6 +251,7 @@ class RunResult:
     targets: Mapping[str, str] = field(default_factory=dict)
     rates: Mapping[str, MotionRates] = field(metadata={"of": MotionRates}, default_factory=dict)
     margins: Mapping[str, float] = field(default_factory=dict)
+    finer: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

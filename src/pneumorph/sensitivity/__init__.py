@@ -11,7 +11,7 @@ from pneumorph.sensitivity.adjoint import (
 from pneumorph.sensitivity.boundary import boundary_gradient
 from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
-from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes
+from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes, tip_motion_adjoints
 from pneumorph.sensitivity.pressure_rate import PressureRate, pressure_rates, rate_slopes
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test
 
@@ -34,5 +34,6 @@ __all__ = [
     "rate_slopes",
     "residual_jacobian",
     "taylor_test",
+    "tip_motion_adjoints",
     "with_border",
 ]

@@ -49,9 +49,7 @@ def motion_slopes(at: Configuration, tangent: Tangent, state: State) -> MotionSl
     which R stays 0. So the derivative by ln s is −wᵀR_s with the forces R_s of that rubber.
     """
     model = at.model
-    motion, direct, seeds = _MOTIONS.jacobian(model, at.X, state)
-    rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
-    solved, more = with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
+    motion, direct, solved, more = _adjoints(at, tangent, state)
     pulled = products.pullback(model.potential, at.X, state, at.loads, [model.state(w) for w in solved])
     rubbers = {name: -solved @ model.vector(by) for name, by in _rubber_forces(at, state).items()}
     return MotionSlopes(
@@ -60,6 +58,21 @@ def motion_slopes(at: Configuration, tangent: Tangent, state: State) -> MotionSl
         [Loads(*(-np.asarray(load) for load in acting)) for _, acting in pulled],
         rubbers,
     )
+
+
+def tip_motion_adjoints(at: Configuration, tangent: Tangent, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """The tip's motion (6,) in mm and rad at a state, and the adjoints (6, n) of its components."""
+    motion, _, solved, _ = _adjoints(at, tangent, state)
+    return motion, solved
+
+
+def _adjoints(
+    at: Configuration, tangent: Tangent, state: State
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The motion, its direct derivatives by X (6, N, 3), its adjoints, and what unknown pressures add by X."""
+    motion, direct, seeds = _MOTIONS.jacobian(at.model, at.X, state)
+    rhs = np.array([np.where(at.constrained, 0.0, at.model.vector(seed)) for seed in seeds])
+    return motion, direct, *with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
 
 
 def _rubber_forces(at: Configuration, state: State) -> dict[str, State]:
