@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
-from pneumorph.errors import ProblemError
 from pneumorph.mechanics import Configuration, State, Tangent, displacement, model_of
 from pneumorph.mechanics.solve.balance import residual_at
 from pneumorph.mesh.refine import Refined, refine
@@ -56,16 +55,14 @@ def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> d
 
     Raises
     ------
-    ProblemError
+    ValueError
         If it has sheets or fibres, of which the parts of faces are not refined.
     """
-    if disc.model.reinforcements:
-        raise ProblemError("the error of the mesh is not known with sheets and fibres; refine mesh.size to see it")
     fine = refine(disc.morph.mesh.at(analysis.X))
     model = model_of(problem, fine.mesh)
     errors = {}
     for name, at in analysis.configurations.items():
-        state = _refined(disc, fine, at, analysis.equilibria[name].state)
+        state = on_refined(disc, fine, at, analysis.equilibria[name].state)
         there = replace(at, model=model, X=fine.mesh.points)
         motion, adjoints = tip_motion_adjoints(there, Tangent(model), state)
         residual = residual_at(there, model.vector(state))
@@ -87,7 +84,7 @@ def finest_motions(problem: Problem, disc: Discretisation, analysis: Analysis) -
     return {name: tuple(map(float, error.corrected)) for name, error in errors.items()}
 
 
-def _refined(disc: Discretisation, fine: Refined, at: Configuration, state: State) -> State:
+def on_refined(disc: Discretisation, fine: Refined, at: Configuration, state: State) -> State:
     """A state of a mesh as one of the refined mesh."""
     model, u = disc.model, fine.P @ displacement(disc.model.tip, at.X, state)
     if not model.mixed:

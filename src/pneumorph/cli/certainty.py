@@ -18,18 +18,23 @@ LEAST = {"mm": 0.05, "°": 0.1}
 """Motions of the tip below which they are not worth telling."""
 
 
-def of_the_mesh(objective: ObjectiveTable, result: TaskResult, finer: Sequence[float]) -> Iterator[str]:
-    """A sentence for each motion of a task, or one for the tip: how far it is from that on infinitely fine meshes."""
-    missing = np.array(finer) - [*result.translation, *result.rotation]
+def of_the_mesh(objective: ObjectiveTable, motion: Sequence[float], finer: Sequence[float]) -> Iterator[str]:
+    """A sentence for each motion of a task, or one for the tip: how far it is from that on infinitely fine meshes.
+
+    Parameters
+    ----------
+    objective : of the task.
+    motion, finer : translation (mm) and rotation vector (rad) of the tip (6,), and the estimate on fine meshes.
+    """
     for name, sign in objective.tip_motions.items():
-        k, amount = MOTIONS.index(name), motion_amount(name, sign, result)
-        more = sign * missing[k] * (1.0 if amount.unit == "mm" else float(np.degrees(1.0)))
-        yield (
-            f"{amount.word} {amount.value:.2f} ± {abs(more):.2g} {amount.unit} (mesh): about {amount.value + more:.2f} "
-            f"{amount.unit} on a fine mesh"
-        )
+        k, unit = MOTIONS.index(name), "mm" if name in MOTIONS[:3] else "°"
+        size = sign * (1.0 if unit == "mm" else float(np.degrees(1.0)))
+        here, there = size * motion[k], size * finer[k]
+        off = f"{abs(there - here):.2g} {unit}"
+        yield f"{motion_word(name, sign)} {here:.2f} ± {off} (mesh): about {there:.2f} {unit} on a fine mesh"
     if not objective.tip_motions:
-        place, turn = np.linalg.norm(missing[:3]), np.degrees(np.linalg.norm(missing[3:]))
+        off = np.array(finer) - np.array(motion)
+        place, turn = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
         yield f"on a fine mesh the tip is about {place:.2g} mm and {turn:.2g}° from where it is here"
 
 

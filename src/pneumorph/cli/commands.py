@@ -142,6 +142,17 @@ def check(
     check(problem, quick, trust)
 
 
+def accuracy(
+    source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
+    design: DesignNumber = None,
+    trust: Trusted = False,
+) -> None:
+    """How far the motions of a design are from those on infinitely fine meshes: takes memory and a minute or more."""
+    from pneumorph.cli.accuracy import accuracy
+
+    accuracy(source, design, trust)
+
+
 def tolerance(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
     rubber: Annotated[

@@ -34,7 +34,8 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     rubbers = rubbers_of(run.problem)
     for task in run.problem.task:
         if finer := result.finer.get(task.name):
-            for sentence in of_the_mesh(task.objective, result.tasks[task.name], finer):
+            here = result.tasks[task.name]
+            for sentence in of_the_mesh(task.objective, (*here.translation, *here.rotation), finer):
                 yield Text(f"{task.name}: {sentence}")
         if rates := result.rates.get(task.name):
             for sentence in certainty(task.objective, result.tasks[task.name], rates):

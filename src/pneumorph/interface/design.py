@@ -28,13 +28,16 @@ from pneumorph.analysis import (
     discretise,
     prepare_simulation,
 )
+from pneumorph.analysis.accuracy import MeshError, mesh_errors
+from pneumorph.analysis.near import analyse_near
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.report import LimitReading
-from pneumorph.problem import Problem
+from pneumorph.mechanics import part_of
+from pneumorph.problem import Problem, reinforcements
 from pneumorph.problem.designed import starting_at
 from pneumorph.results import Fields, HistoryEntry, TaskResult
 
@@ -230,6 +233,32 @@ class Design:
         """
         stored = self.stored if self.entry is not None else None
         return Explorer(self.problem, self.body, stored, self.entry.tasks if self.entry else None)
+
+    def mesh_errors(self) -> dict[str, MeshError]:
+        """How far the tip's motions in every task are from those on infinitely fine meshes.
+
+        See ``docs/how_to/accuracy.md``.
+
+        Raises
+        ------
+        ProblemError
+            If there are sheets or fibres.
+        ComputationError
+            If the body cannot be meshed or has no equilibrium.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> error = pm.open_run("runs/small").best.mesh_errors()["extend"]
+        >>> bool(error.missing[2] > 0.0), bool(error.corrected[2] > error.motion[2])  # mm: meshes are too stiff
+        (True, True)
+        """
+        problem = starting_at(self.problem, self.pressures)
+        if reinforcements(problem):
+            raise ProblemError("accuracy: not known with sheets and fibres; halve mesh.size to see what changes")
+        known = (self.stored, self.entry.tasks) if self.entry is not None else (None, None)
+        near = analyse_near(problem, self.body, part_of(problem), *known)
+        return mesh_errors(problem, near.disc, near.analysis)
 
     def tolerance(self, task: str | None = None, **tolerances: Any) -> ToleranceReport:
         """How far the motions of the tip scatter when the design is made, and what each tolerance contributes.

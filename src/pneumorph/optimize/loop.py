@@ -148,6 +148,7 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
         )
         fields = collect_fields(last.disc, last.analysis, sag, inflation)
         rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
-        mesh = finest_motions(setup.problem, last.disc, last.analysis)
+        with doing("the error of the mesh"):
+            mesh = finest_motions(setup.problem, last.disc, last.analysis)
     ahead = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
     return Finished(last.number, why, last.feasible, is_stable, rates, ahead, mesh, fields)
