@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from records import ENTRY, entry, one_element
+from refused import refusal
 
 from pneumorph import atomic
 from pneumorph.errors import ProblemError
@@ -181,13 +182,6 @@ def test_resume_may_change_the_number_of_iterations(tmp_path):
     assert again.latest() == 1 and open_run(tmp_path).problem == PROBLEM
     again.begin()
     assert open_run(tmp_path).problem.optimizer.iterations == 100
-
-
-def refusal(action, *arguments) -> str:
-    with pytest.raises(ProblemError) as caught:
-        action(*arguments)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 def test_runs_from_before_a_limit_by_default_go_on_without_it(tmp_path):

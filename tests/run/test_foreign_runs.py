@@ -25,10 +25,10 @@ from damage import (
     sound_run,
 )
 from records import entry, one_element
+from refused import refusal
 from tiny import tiny
 
 from pneumorph import atomic
-from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import open_run
 from pneumorph.mesh.tube import mesh_body
@@ -61,14 +61,6 @@ def everything(run):
     for line in opened.history:
         opened.design(line.iteration)
     return opened.result, run.resumable()
-
-
-def refusal(action, *arguments) -> str:
-    with pytest.raises(ProblemError) as caught:
-        action(*arguments)
-    message = str(caught.value)
-    assert "\n" not in message and message.isprintable() and len(message) < 400
-    return message
 
 
 def test_the_sound_one_is_read(run):

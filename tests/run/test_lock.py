@@ -7,6 +7,7 @@ import sys
 
 import pytest
 from records import entry, one_element
+from refused import refusal
 from tiny import tiny
 
 from pneumorph.errors import ComputationError, NotWritten, ProblemError
@@ -37,14 +38,6 @@ def run(tmp_path):
     for number in range(2):
         record(run, number)
     return run
-
-
-def refusal(action, *arguments, kind: type[Exception] = ProblemError) -> str:
-    with pytest.raises(kind) as caught:
-        action(*arguments)
-    message = str(caught.value)
-    assert "\n" not in message
-    return message
 
 
 def contents(run):
