@@ -13,6 +13,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 SYMMETRIC_INDEFINITE = -2
+"""PARDISO's number of this type of matrix, real."""
 
 IPARM = {1: 1, 2: 2, 8: 0, 10: 8, 21: 1}
 """PARDISO's parameters: its defaults (nested dissection, Bunch–Kaufman pivots, perturbed below 1e-8), but iterative

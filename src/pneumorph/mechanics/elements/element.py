@@ -18,7 +18,7 @@ from pneumorph.mechanics.material.rubber import with_volume
 from pneumorph.mesh.tets import TET_RULE, TRIANGLE_RULE, tet_gradient, tet_shape, triangle_gradient, triangle_shape
 
 TET_N, TET_DN = tet_shape(TET_RULE), tet_gradient(TET_RULE)
-TET_WEIGHT = 1 / 24
+TET_WEIGHT = 1 / 24  # of each of the four points, a quarter of the volume
 # The linear shape functions of the four corners, for π of mixed elements.
 TET_CORNER_N = np.column_stack([1 - TET_RULE.sum(axis=1), TET_RULE])
 

@@ -29,7 +29,8 @@ from pneumorph.mechanics.solve.balance import (
 )
 from pneumorph.mechanics.solve.lateral import masses_of, softest
 
-MOST_STEPS = 200
+MOST_STEPS, MOST_CORRECTIONS = 200, 3
+"""Most factorisations, and most corrections with each: a step that needs more is too long."""
 
 PUSH, LARGEST_MOVE = 1e-3, 0.05
 """Largest displacements of the first push along the softest motion and in a step, relative to the diagonal of the
@@ -41,8 +42,6 @@ FIRST = 2.0
 BORNE, AIMED, CLOSE = 1.0, 0.3, 0.1
 """Ratio of the first two corrections of a step above which it is too long, the one that the next step aims at, and the
 size of a correction, over the first, that is the last."""
-
-MOST_CORRECTIONS = 3
 
 SLOWEST, FASTEST, AGAIN, POWER = 6.0, 0.2, 2.0, 1 / 3
 """Largest and smallest ratio of s to that of the step before, the smallest after a step that was too long, and the
