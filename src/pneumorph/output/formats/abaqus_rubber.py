@@ -15,7 +15,7 @@ MOST_YEOH, MOST_OGDEN = 3, 3
 """Terms that CalculiX 2.20 reads; Abaqus reads six of both."""
 
 _PER_LINE = 8
-"""Constants on a line of *HYPERELASTIC, in both programs."""
+"""Constants on a line of *HYPERELASTIC."""
 
 _NONE = 1e20
 """Dᵢ of a term (J − 1)²ⁱ/Dᵢ that is not there: zero means so in Abaqus, but not in CalculiX. 1/MPa."""
