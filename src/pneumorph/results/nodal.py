@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from pneumorph.mechanics import Rubber
+from pneumorph.mechanics.elements.element import TET_CORNER_N
 from pneumorph.mechanics.elements.kinematics import deformation_gradients, largest_stretch, volume_ratio
 from pneumorph.mechanics.material.rubber import nominal_stress
 from pneumorph.mesh import TetMesh
-from pneumorph.mesh.tets import TET_EDGES, TET_RULE
+from pneumorph.mesh.transfer import linear
 
 
 def nodal_stretch(mesh: TetMesh, u: np.ndarray) -> np.ndarray:
@@ -45,14 +46,11 @@ def _at_nodes(mesh: TetMesh, values: np.ndarray) -> np.ndarray:
 
     Mid-side nodes get the mean of the ends of their edge: too few elements share them for an average of their own.
     """
-    # Linear extrapolation from the four points of the rule to the corners.
-    barycentric = np.column_stack([1.0 - TET_RULE.sum(axis=1), TET_RULE])
     # On the other side of a cut of a sector are the elements at the images of its nodes.
     images, sources = mesh.tied
     source = np.arange(len(mesh.points))
     source[images] = sources
-    at_corners, corners = values @ np.linalg.inv(barycentric).T, source[mesh.tets[:, :4]].ravel()
+    # Linear extrapolation from the four points of the rule to the corners.
+    at_corners, corners = values @ np.linalg.inv(TET_CORNER_N).T, source[mesh.tets[:, :4]].ravel()
     count = np.bincount(corners, minlength=len(mesh.points))
-    field = (np.bincount(corners, at_corners.ravel(), minlength=len(mesh.points)) / np.maximum(count, 1))[source]
-    field[mesh.tets[:, 4:]] = field[mesh.tets[:, TET_EDGES]].mean(axis=2)
-    return field
+    return linear(mesh, (np.bincount(corners, at_corners.ravel(), minlength=len(count)) / np.maximum(count, 1))[source])
