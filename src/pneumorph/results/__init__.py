@@ -2,6 +2,7 @@
 
 from pneumorph.results.fields import Fields, Inflation, unpack_fields
 from pneumorph.results.nodal import nodal_stress, nodal_stretch
+from pneumorph.results.objects import from_json, to_json
 from pneumorph.results.records import (
     Cause,
     HistoryEntry,
@@ -11,8 +12,6 @@ from pneumorph.results.records import (
     Scatter,
     SweepStep,
     TaskResult,
-    from_json,
-    to_json,
 )
 
 __all__ = [
