@@ -9,6 +9,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 Vector = tuple[float, float, float]
 Pressures = Mapping[str, float]
 
