@@ -37,7 +37,7 @@ docs: $(DOCS)
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install -c constraints.txt -e '.[dev,cad]'
+	$(BIN)/python -m pip install -c constraints.txt -e '.[all,dev]'
 	touch $@
 
 $(DOCS): $(READY)

@@ -9,6 +9,7 @@ import pytest
 import pneumorph
 
 PACKAGES = [
+    "extras",
     "units",
     "doing",
     "interrupts",

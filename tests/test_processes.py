@@ -18,7 +18,7 @@ STARTS = {
     """,
     "moulds": """
         from pathlib import Path
-        from pneumorph.make.mould.picture import draw_mould
+        from pneumorph.make.mould.drawing import draw_mould
         draw_mould(Path(sys.argv[1]), Path(sys.argv[1]) / "none.png")
     """,
     "states": """

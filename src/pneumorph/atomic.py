@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.interrupts import cleaned_up
-from pneumorph.processes import temporary_folder
 
 _BY_HANDLE = {os.open, os.unlink, os.rename} <= os.supports_dir_fd and os.listdir in os.supports_fd
 """Whether files are named by the handle of their folder, which stays the same folder whatever its path leads to."""
@@ -131,14 +130,6 @@ def append_line(path: Path, line: str) -> None:
             raise
     finally:
         os.close(handle)
-
-
-@contextmanager
-def replaced(path: Path) -> Iterator[Path]:
-    """A place of its own for a file that a library writes by its path, and which then replaces the one at `path`."""
-    with temporary_folder() as folder:
-        yield folder / path.name
-        write_bytes(path, (folder / path.name).read_bytes())
 
 
 def publish(source: Path, folder: Path) -> None:

@@ -77,5 +77,5 @@ def test_a_folder_that_cannot_be(run, designs, tmp_path):
 def test_without_the_extra_one_line_says_how_it_is_installed(run, designs, monkeypatch):
     for module in ("pneumorph.make", "pneumorph.make.libraries"):
         monkeypatch.delitem(sys.modules, module, raising=False)
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("pneumorph.extras.find_spec", lambda name: None)
     refused(run("make", designs), "pip install 'pneumorph[cad]'")

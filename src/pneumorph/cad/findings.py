@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from pneumorph.cad.faces import Faces
 from pneumorph.cad.shells import Shells, quarters, shells_of
-from pneumorph.interrupts import stop_if_asked
 
 _OFF = 1e-7
-"""How far within the solid segments begin, relative to its diagonal: they do not meet the triangle they are of."""
-
-_AT_ONCE = 1000
-"""Segments between two looks at whether to stop."""
+"""How far within the solid segments begin, relative to its diagonal: they do not meet the triangle they are of. So do
+edges, relative to their lengths, for those beside them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,44 +78,31 @@ def thinnest(points: np.ndarray, triangles: np.ndarray, diagonal: float) -> Wall
     lengths = np.linalg.norm(normals, axis=1)
     real = lengths > 0.0
     middles, inwards = middles[real], -normals[real] / lengths[real, None]
+    # Loads Numba, which most problems are read without.
+    from pneumorph.cad.boxes import boxes_of, first_hits
+
     starts, stops = middles + _OFF * diagonal * inwards, middles + diagonal * inwards
-    found = Wall(np.inf, middles[0])
-    for middle, hit in zip(middles, _first_hits(points, triangles, starts, stops), strict=True):
-        if hit is not None and (thickness := float(np.linalg.norm(hit[0] - middle))) < found.thickness:
-            found = Wall(thickness, (hit[0] + middle) / 2.0)
-    return found
+    hits = first_hits(boxes_of(points, triangles), starts, stops)
+    thickness = np.where(hits.triangle >= 0, np.linalg.norm(hits.place - middles, axis=1), np.inf)
+    least = int(thickness.argmin())
+    if np.isinf(thickness[least]):
+        return Wall(np.inf, middles[0])
+    return Wall(float(thickness[least]), (hits.place[least] + middles[least]) / 2.0)
 
 
 def crossing(points: np.ndarray, triangles: np.ndarray) -> np.ndarray | None:
     """A place (3,) where an edge goes through a triangle, mm; None if there is none."""
     import ipctk
 
+    from pneumorph.cad.boxes import boxes_of, first_hits
+
     ends = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     surface = ipctk.CollisionMesh(points, ends.astype(np.int32), triangles.astype(np.int32))
     if not ipctk.has_intersections(surface, np.asfortranarray(points)):
         return None
-    for edge, hit in zip(ends, _first_hits(points, triangles, *points[ends.T]), strict=True):
-        if hit is not None and not np.isin(edge, triangles[hit[1]]).any():
-            return hit[0]
-    return points[ends[0, 0]]
-
-
-def _first_hits(
-    points: np.ndarray, triangles: np.ndarray, starts: np.ndarray, stops: np.ndarray
-) -> Iterator[tuple[np.ndarray, int] | None]:
-    """Where each segment first meets a triangle, and which; None where it meets none."""
-    # Imported where they are used, which takes a while.
-    import pyvista
-    from vtkmodules.vtkCommonCore import mutable
-    from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
-
-    locator = vtkStaticCellLocator()
-    locator.SetDataSet(pyvista.PolyData.from_regular_faces(points, triangles))
-    locator.BuildLocator()
-    share, part, cell, place, at = mutable(0.0), mutable(0), mutable(0), np.zeros(3), np.zeros(3)
-    for number, (start, stop) in enumerate(zip(starts, stops, strict=True)):
-        if number % _AT_ONCE == 0:
-            stop_if_asked()
-        # VTK's types do not know what it writes into.
-        met = locator.IntersectWithLine(start, stop, 0.0, share, place, at, part, cell)  # pyright: ignore
-        yield (place.copy(), int(cell)) if met else None  # pyright: ignore[reportArgumentType]
+    # All triangles around an end of an edge meet it there.
+    one, other = points[ends.T]
+    hits = first_hits(boxes_of(points, triangles), one + _OFF * (other - one), other - _OFF * (other - one))
+    apart = ~(ends[:, :, None] == triangles[hits.triangle][:, None]).any(axis=(1, 2))
+    through = np.flatnonzero((hits.triangle >= 0) & apart)
+    return hits.place[through[0]] if len(through) else one[0]

@@ -118,13 +118,12 @@ def windings(corners: np.ndarray, point: np.ndarray) -> float:
 
 def asymmetry(faces: Faces, operation: np.ndarray) -> tuple[float, np.ndarray]:
     """The largest distance of an image of a body's nodes under an operation from its surface, mm, and where (3,)."""
-    import pyvista
+    # Loads Numba, which most problems are read without.
+    from pneumorph.cad.boxes import boxes_of, nearest
 
     images = faces.points @ operation.T
-    surface = pyvista.PolyData.from_regular_faces(faces.points, quarters(faces.triangles))
-    _, near = surface.find_closest_cell(images, return_closest_point=True)  # pyright: ignore
-    near = np.asarray(near)
-    away = np.linalg.norm(near - images, axis=1)
+    surface = boxes_of(faces.points, quarters(faces.triangles))
+    away = np.linalg.norm(nearest(surface, images).place - images, axis=1)
     worst = int(away.argmax())
     return float(away[worst]), images[worst]
 

@@ -11,7 +11,6 @@ from pneumorph.cad.obj import read_obj
 from pneumorph.cad.stl import Surface, read_triangles
 from pneumorph.cad.threemf import read_3mf
 from pneumorph.errors import MeshError
-from pneumorph.interrupts import stop_if_asked
 from pneumorph.processes import temporary_folder
 
 READERS: dict[str, Callable[[bytes, int], Surface]] = {"stl": read_triangles, "obj": read_obj, "3mf": read_3mf}
@@ -20,9 +19,6 @@ MOST_TRIANGLES = 50_000
 """Triangles of a body that is read: more resolve nothing that elements can."""
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-
-_AT_ONCE = 1000
-"""Nodes between two looks at whether to stop."""
 
 
 def surface_in(data: bytes, form: str) -> Surface:
@@ -73,19 +69,7 @@ def remeshed(surface: Surface, size: float, seconds: float) -> tuple[np.ndarray,
 
 def nearest_on(surface: Surface, nodes: np.ndarray) -> np.ndarray:
     """The places on a surface that are nearest to nodes (n, 3)."""
-    # Imported where they are used, which takes a while.
-    import pyvista
-    from vtkmodules.vtkCommonCore import mutable
-    from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
+    # Loads Numba, which most problems are read without.
+    from pneumorph.cad.boxes import boxes_of, nearest
 
-    locator = vtkStaticCellLocator()
-    locator.SetDataSet(pyvista.PolyData.from_regular_faces(surface.points, surface.triangles))
-    locator.BuildLocator()
-    cell, part, distance, places = mutable(0), mutable(0), mutable(0.0), np.empty_like(nodes)
-    for number, node in enumerate(nodes):
-        if number % _AT_ONCE == 0:
-            stop_if_asked()
-        place = np.zeros(3)
-        locator.FindClosestPoint(node, place, cell, part, distance)  # pyright: ignore[reportArgumentType]
-        places[number] = place
-    return places
+    return nearest(boxes_of(surface.points, surface.triangles), nodes).place

@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from pneumorph import compiling, doing
+from pneumorph import compiling, doing, extras
 from pneumorph.cli.outcome import outcome
 from pneumorph.cli.screen import Screen
 from pneumorph.cli.trust import asking
@@ -76,6 +76,8 @@ def design(
         with deferred(), Screen(asked, console, quiet, verbose) as screen:
             if run.latest is not None:
                 screen.say(f"resuming after design {run.latest} in {run.path}")
+            if extras.has_mkl() and (words := extras.missing("fast", "solving faster")):
+                screen.say(words)
             for sentence in () if asked.solid else adjusted_columns(asked.tubes):
                 screen.say(sentence)
             for sentence in doubts(asked):

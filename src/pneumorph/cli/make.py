@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from pneumorph import units
+from pneumorph import extras, units
 from pneumorph.atomic import make_folder
 from pneumorph.cli.trust import asking
 from pneumorph.doing import doing
@@ -57,6 +57,8 @@ def make(run: Path, design: int | None, out: Path | None, chord: str, trust: boo
     console.print(_table(made.checks))
     names = ", ".join(str(path.relative_to(folder)) for path in made.files)
     print(f"written to {folder}: {names}; {time.perf_counter() - began:.1f} s")
+    if chosen.problem.solid is None and (words := extras.missing("pictures", "mould.png")):
+        print(words)
     if made.failed:
         failed = "; ".join(f"{check.what} of {check.file}" for check in made.failed)
         raise ComputationError(f"the files in {folder} failed checks: {failed}")

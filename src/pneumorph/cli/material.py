@@ -47,7 +47,7 @@ def show(name: str) -> None:
 
 def _entry(name: str) -> dict[str, Any]:
     """An elastomer as in a problem file, with numbers beside it that a script can compare."""
-    from pneumorph.output.export import formats_of  # loads VTK
+    from pneumorph.output.export import formats_of
 
     elastomer = _reader.validate_python({"name": name})
     rubber = rubber_of(elastomer)

@@ -128,15 +128,15 @@ class Design:
     @property
     def mesh(self) -> pyvista.UnstructuredGrid:
         """The body at rest with "<task> displacement" (mm), "<task> stretch" and "<task> stress" (von Mises, MPa)."""
-        from pneumorph.output.grid import grid
+        from pneumorph.output.grid import for_pyvista, grid
 
-        return grid(self.problem, self.fields)
+        return for_pyvista(grid(self.problem, self.fields))
 
     def deformed(self, task: str | None = None) -> pyvista.UnstructuredGrid:
         """The body as a task deforms it, with "displacement", "stretch" and "stress"; by default the first task."""
-        from pneumorph.output.grid import deformed
+        from pneumorph.output.grid import deformed, for_pyvista
 
-        return deformed(self.problem, self.fields, self._task(task))
+        return for_pyvista(deformed(self.problem, self.fields, self._task(task)))
 
     def simulate(
         self,

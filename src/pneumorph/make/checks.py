@@ -10,7 +10,6 @@ from pathlib import Path
 
 import manifold3d
 import numpy as np
-import pyvista
 from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepCheck import BRepCheck_Analyzer
@@ -21,6 +20,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Shape
 
+from pneumorph.cad.boxes import boxes_of, nearest
 from pneumorph.geometry.tube.surface import TubeSurface, cap_points, enclosed_volume
 from pneumorph.make.printing import read_3mf, read_stl
 from pneumorph.make.step import read_step
@@ -207,9 +207,7 @@ def closure(name: str, part: Triangles, solid: manifold3d.Manifold) -> Check:
 
 def distances(part: Triangles, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distances (n,) in mm of points (n, 3) from the nearest triangle."""
-    mesh = pyvista.PolyData.from_regular_faces(part.points, part.corners)
-    _, closest = mesh.find_closest_cell(points, return_closest_point=True)  # pyright: ignore[reportGeneralTypeIssues]
-    return np.linalg.norm(closest - points, axis=1)
+    return np.linalg.norm(nearest(boxes_of(part.points, part.corners), points).place - points, axis=1)
 
 
 def _open_edges(part: Triangles) -> int:

@@ -1,9 +1,10 @@
-"""The libraries of the extra ``cad``: whether they are installed, and loading OpenCASCADE beside Netgen's."""
+"""Loading the libraries of the extra ``cad``, with OpenCASCADE beside Netgen's."""
 
 import os
 import sys
 from importlib import import_module
-from importlib.util import find_spec
+
+from pneumorph import extras
 
 
 def load() -> None:
@@ -14,10 +15,8 @@ def load() -> None:
     ModuleNotFoundError
         If a library is not installed; the message says how to install it.
     """
-    missing = [library for library in ("OCP", "manifold3d", "lib3mf") if find_spec(library) is None]
-    if missing:
-        words = f"making files needs {', '.join(missing)}; install with: pip install 'pneumorph[cad]'"
-        raise ModuleNotFoundError(words, name=missing[0])
+    if words := extras.missing("cad", "making files"):
+        raise ModuleNotFoundError(words)
     if sys.platform != "linux":
         import_module("OCP.BRep")
         return

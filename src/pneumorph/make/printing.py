@@ -10,10 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-import pyvista
 from lib3mf import Lib3MF, get_wrapper
 
-from pneumorph.make.triangles import Triangles
+from pneumorph.cad.stl import read_triangles
+from pneumorph.make.triangles import MAX_TRIANGLES, Triangles
 
 # Both formats store vertices in single precision, with a resolution of 4e-6 mm at 80 mm; six decimals suffice.
 _DECIMALS = 6
@@ -99,8 +99,10 @@ def read_stl(path: Path) -> Triangles:
     OSError
         If the file cannot be read.
     """
-    mesh = pyvista.read(path)
-    return Triangles(np.asarray(mesh.points, dtype=float), np.asarray(mesh.regular_faces, dtype=np.int64))
+    try:
+        return Triangles(*read_triangles(path.read_bytes(), MAX_TRIANGLES))
+    except ValueError as error:
+        raise OSError(f"{path}: {error}") from None
 
 
 @_kept_locale()

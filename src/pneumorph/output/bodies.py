@@ -19,7 +19,6 @@ from pneumorph.output.figures import DOTS, INK, PAGE, SMALL, TEXT, Figure
 from pneumorph.output.marks import draw_axes, draw_clamp, draw_marks, draw_outline, legend_handles
 from pneumorph.output.reinforcements import covering_handles
 from pneumorph.output.scenes import Scene
-from pneumorph.output.section import outline
 from pneumorph.output.view import Job, Panel, colour_map
 
 MARGIN = 0.03
@@ -262,6 +261,9 @@ def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray
     draw_clamp(axes, scene.view, scene.shape)
     axes.imshow(picture, extent=(left, right, bottom, top), zorder=2)
     if scene.marks.outlined:
+        # Loads VTK, of which there is no need before bodies are drawn.
+        from pneumorph.output.section import outline
+
         draw_outline(axes, scene.view, outline(scene.shape, scene.view.normal, scene.view.offset))
     draw_marks(axes, scene.view, scene.marks)
     axes.set(xlim=(left, right), ylim=(bottom, top))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from pneumorph.atomic import replaced, write_bytes
+from pneumorph.atomic import write_bytes
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import configure, guided_of, loads_of, model_of
 from pneumorph.mechanics.material.rubber import Rubber
@@ -15,6 +15,7 @@ from pneumorph.output.formats.abaqus_rubber import can_hold
 from pneumorph.output.formats.febio import febio_input
 from pneumorph.output.formats.gmsh import gmsh_mesh
 from pneumorph.output.formats.sofa import sofa_scene
+from pneumorph.output.formats.vtu import vtu_file
 from pneumorph.output.grid import grid, with_faces
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import acting
@@ -53,11 +54,7 @@ def export(
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if format == "vtu":
-            with replaced(path) as place:
-                # VTK chooses the format by the suffix.
-                named = place.with_name(f"{place.name}.vtu")
-                with_faces(grid(problem, whole), whole.mesh).save(named)
-                named.replace(place)
+            write_bytes(path, vtu_file(with_faces(grid(problem, whole), whole.mesh)))
         else:
             write_bytes(path, _text(format, problem, whole.mesh, pressures, task))
     except OSError as error:

@@ -10,6 +10,7 @@ from types import TracebackType
 
 import numpy as np
 
+from pneumorph import extras
 from pneumorph.errors import ComputationError
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.output.view import JOBS, Job, drawn_name
@@ -34,7 +35,8 @@ class Drawing:
             self._folder = stack.enter_context(temporary_folder())
             (self._folder / JOBS).write_bytes(pickle.dumps(list(jobs)))
             command = python("-c", CHILD, str(self._folder))
-            self._process = stack.enter_context(program(command))
+            self._missing = extras.missing("pictures", "drawing bodies")
+            self._process = None if self._missing else stack.enter_context(program(command))
             self._ends = stack.pop_all()
 
     def __enter__(self) -> Drawing:
@@ -45,6 +47,8 @@ class Drawing:
 
     def images(self) -> Iterator[list[np.ndarray]]:
         """Yield the pictures of every job, in their order, once they are drawn; see `images`."""
+        if self._process is None:
+            raise NoPicture(self._missing)
         for number in range(self._count):
             path = self._folder / drawn_name(number)
             while not path.exists():
@@ -66,7 +70,7 @@ def images(job: Job) -> list[np.ndarray]:
     Raises
     ------
     NoPicture
-        If this machine cannot draw off-screen.
+        If PyVista is not installed, or this machine cannot draw off-screen.
     """
     with Drawing([job]) as drawing:
         (pictures,) = drawing.images()

@@ -9,7 +9,6 @@ from itertools import combinations_with_replacement
 from pathlib import Path
 
 import numpy as np
-import pyvista
 from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -18,6 +17,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Face, TopoDS_Shape
 
+from pneumorph.cad.boxes import boxes_of, nearest
 from pneumorph.cad.shells import quarters
 from pneumorph.geometry.lattice import LatticeSurface
 from pneumorph.geometry.lattice.pieces import patches_of
@@ -115,24 +115,23 @@ class Nearest:
     def distances(self, points: Array) -> Array:
         """Distances (n,) of points (n, 3) from the nearest place that is found on the faces, mm."""
         part = self.triangles
-        mesh = pyvista.PolyData.from_regular_faces(part.points, part.corners)
-        cell, near = mesh.find_closest_cell(points, return_closest_point=True)  # pyright: ignore
+        cell, near = nearest(boxes_of(part.points, part.corners), points)
         corners = part.corners[cell]
         places = np.einsum("nc,ncd->nd", _shares(part.points[corners], near), self.parameters[corners])
-        nearest, spot, along, across = np.full(len(points), np.inf), gp_Pnt(), gp_Vec(), gp_Vec()
+        least, spot, along, across = np.full(len(points), np.inf), gp_Pnt(), gp_Vec(), gp_Vec()
         for step in range(_NEARER + 1):
             at = np.empty((len(points), 3, 3))
             for row, face, (u, v) in zip(at, self.face[cell].tolist(), places.tolist(), strict=True):
                 self.surfaces[face].D1(u, v, spot, along, across)
                 row[:] = [(each.X(), each.Y(), each.Z()) for each in (spot, along, across)]
             away = points - at[:, 0]
-            nearest = np.minimum(nearest, np.linalg.norm(away, axis=1))
+            least = np.minimum(least, np.linalg.norm(away, axis=1))
             if step < _NEARER:
                 slopes = at[:, 1:]
                 square = np.einsum("nac,nbc->nab", slopes, slopes)
                 right = np.einsum("nac,nc->na", slopes, away)
                 places = places + np.einsum("nab,nb->na", np.linalg.pinv(square, rcond=1e-9), right)
-        return nearest
+        return least
 
 
 def _shares(triangles: Array, points: Array) -> Array:

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import pyvista
 from numpy.typing import NDArray
 from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
@@ -20,6 +19,7 @@ from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopoDS import TopoDS, TopoDS_Face, TopoDS_Shape, TopoDS_Solid
 
+from pneumorph.cad.boxes import boxes_of, nearest
 from pneumorph.cad.shells import quarters
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
@@ -116,13 +116,13 @@ def _which(problem: Problem, body: Body[LatticeSurface], shape: TopoDS_Shape) ->
     parts = list(surface_parts(problem, faces).values())
     flat = quarters(np.concatenate([faces.triangles[own] for own in parts]))
     surface = np.tile(np.repeat(np.arange(len(parts)), list(map(len, parts))), 4)
-    known = pyvista.PolyData.from_regular_faces(faces.points, flat)
+    known = boxes_of(faces.points, flat)
     BRepMesh_IncrementalMesh(shape, faces.diagonal / _COARSE)
 
     def find(face: TopoDS_Face) -> int:
         seen = triangles_of(face)
-        near = known.find_closest_cell(seen.points[seen.corners].mean(axis=1))
-        return int(np.bincount(surface[near]).argmax())
+        near = nearest(known, seen.points[seen.corners].mean(axis=1))
+        return int(np.bincount(surface[near.triangle]).argmax())
 
     return find
 

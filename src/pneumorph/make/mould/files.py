@@ -11,8 +11,8 @@ from OCP.TopoDS import TopoDS_Shape
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, validity
 from pneumorph.make.mould.bill import Item, bill, write_bill
+from pneumorph.make.mould.drawing import draw_mould
 from pneumorph.make.mould.effect import PortEffect
-from pneumorph.make.mould.picture import draw_mould
 from pneumorph.make.mould.piece import Piece
 from pneumorph.make.mould.pieces import pieces
 from pneumorph.make.mould.plan import Plan, plan

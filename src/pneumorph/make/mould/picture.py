@@ -1,36 +1,19 @@
-"""Pictures of a mould, closed and taken apart, from its 3MF files; drawn in a process of its own.
-
-VTK may end the process if there is no OpenGL.
-"""
+"""Pictures of a mould, closed and taken apart, from its 3MF files; run by `drawing` as a process of its own."""
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
 
-from pneumorph.processes import end_with_input, program, python, wait
+from pneumorph.processes import end_with_input
 
-_CHILD = "from pneumorph.make.mould.picture import main; main()"
-_SECONDS = 300
-"""After which a drawing that has not ended is given up."""
 _COLOURS = {"outer": "#b3bcc6", "base": "#8d99a6", "lid": "#8d99a6", "core": "#e8b75e", "body": "#6fb394"}
 _COLOURS |= {"master": "#e8b75e", "negative": "#d9a3a3", "part": "#6fb394", "box": "#b3bcc6", "cover": "#8d99a6"}
 _SIZE = (1500, 1000)
 """Of a picture in pixels."""
-
-
-def draw_mould(folder: Path, path: Path) -> bool:
-    """Draw the pieces in a folder; False if this machine cannot draw."""
-    try:
-        with program(python("-c", _CHILD, str(folder), str(path))) as process:
-            wait(process, _SECONDS)
-            return process.returncode == 0 and path.exists()
-    except (subprocess.SubprocessError, OSError):
-        return False
 
 
 def main() -> None:
