@@ -61,8 +61,15 @@ def test_bad_input(run, designs, tiny, tmp_path):
     refused(run("make", create(tmp_path / "new", load(tiny)).path), "no finished design")
 
 
-def test_a_folder_that_cannot_be(run, designs, tmp_path):
+def test_a_folder_that_cannot_be(run, designs, tmp_path, monkeypatch):
     pytest.importorskip("pneumorph.make", reason="needs the extra cad")
+    from pneumorph.make.files import MadeFiles
+
+    def quick(body, folder, *rest):
+        (folder / "body.step").write_bytes(b"")
+        return MadeFiles((folder / "body.step",), ())
+
+    monkeypatch.setattr("pneumorph.make.files._make", quick)
     (tmp_path / "file").write_text("in the way")
     refused(run("make", designs, "--out", tmp_path / "file"), "cannot be written")
     refused(run("make", designs, "--out", tmp_path / "file" / "below"), "cannot be written")

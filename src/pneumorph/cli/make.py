@@ -45,8 +45,11 @@ def make(run: Path, design: int | None, out: Path | None, chord: str, trust: boo
     chosen = open_run(run, asking(trust)).design(design)
     folder = out or run / "make"
     try:
+        # First, since making takes a minute.
         if out is None:
             make_folder(folder)
+        else:
+            out.mkdir(parents=True, exist_ok=True)
         with doing("making the files"):
             made = chosen.make(folder, allowed)
     except ModuleNotFoundError as error:
