@@ -1,4 +1,4 @@
-"""Without the extras: designs, checks, simulations, files for other programs and pages; and what says how to install."""
+"""Without the extras designs, checks, simulations, exports and pages work; one line says how to install the rest."""
 
 import json
 import subprocess
