@@ -14,8 +14,8 @@ def scattered(count: int, size: float) -> tuple[np.ndarray, np.ndarray]:
     corners = RNG.uniform(0.0, 10.0, (count, 1, 3)) + size * RNG.normal(size=(count, 3, 3)) * RNG.uniform(
         0.01, 1.0, (count, 1, 1)
     )
-    corners[::17, 2] = corners[::17, 1]
-    corners[::23] = corners[::23, :1]
+    corners[5::17, 2] = corners[5::17, 1]
+    corners[7::23] = corners[7::23, :1]
     return corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3)
 
 
@@ -43,6 +43,8 @@ def test_no_triangle_is_met_before(count, size):
     starts, stops = RNG.uniform(-5.0, 15.0, (2, 200, 3))
     stops[:60] = starts[:60]
     stops[:60, 2] += 20.0
+    middles = points[triangles].mean(axis=1)[np.arange(60) % count]
+    stops[60:120] = 2.0 * middles - starts[60:120]
     found = first_hits(boxes_of(points, triangles), starts, stops)
     shares = np.full((len(starts), count), np.inf)
     for number, (o, e, f) in enumerate(points[triangles]):
