@@ -127,7 +127,13 @@ class Design:
 
     @property
     def mesh(self) -> pyvista.UnstructuredGrid:
-        """The body at rest with "<task> displacement" (mm), "<task> stretch" and "<task> stress" (von Mises, MPa)."""
+        """The body at rest with "<task> displacement" (mm), "<task> stretch" and "<task> stress" (von Mises, MPa).
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If PyVista is not installed; the message says how to install it.
+        """
         from pneumorph.output.grid import for_pyvista, grid
 
         return for_pyvista(grid(self.problem, self.fields))
