@@ -77,7 +77,7 @@ def design(
             if run.latest is not None:
                 screen.say(f"resuming after design {run.latest} in {run.path}")
             if extras.has_mkl() and extras.missing("fast", "PARDISO"):
-                screen.say("solving by SuperLU; pip install 'pneumorph[fast]' makes factorisations 6 to 8 times as fast")
+                screen.say("solved by SuperLU; pip install 'pneumorph[fast]' makes factorisations 6 to 8 times as fast")
             for sentence in () if asked.solid else adjusted_columns(asked.tubes):
                 screen.say(sentence)
             for sentence in doubts(asked):
