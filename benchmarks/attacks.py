@@ -1,6 +1,8 @@
 """Attack the package as somebody who means harm would: python benchmarks/attacks.py [WORD…].
 
-Runs from elsewhere, a hostile working directory, requests to the server, objectives that never end: one line for each,
+Runs from elsewhere, with links and pipes, pickles, corrupted and edited files; a hostile working directory; code that
+was never trusted; names that are code of a page; requests to the server; objectives that never end; programs that are
+killed; outputs and caches that cannot be written or read. One line for each,
 with "refused" (one line says why) or "harmless" (it goes on, and nothing happens). A line with "SUCCEEDS" says what has
 happened, and makes the exit status 1. With words, only attacks whose names contain one of them.
 """
@@ -21,26 +23,35 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
+import damage
+from brief import BEGUN, arguments, brief, commands_for
+from records import entry, one_element
 from runs import analysed, ended, waving_run
 from signals import HUNG, ends
 from test_processes import ENDLESS, HOSTILE, STARTS, script
 from tiny import tiny
 from typer.testing import CliRunner
 
+from pneumorph.atomic import write_arrays
 from pneumorph.cli import app
 from pneumorph.errors import NotWritten, ProblemError
+from pneumorph.geometry.tube import starting_body
 from pneumorph.interface.runs import prepare_run
+from pneumorph.mesh.tube import mesh_body
 from pneumorph.objective import build_objectives
 from pneumorph.output.report import write_report
 from pneumorph.output.report_data import facts_of
 from pneumorph.output.study_page import write_study_page
 from pneumorph.problem import loads
 from pneumorph.results import Fields
-from pneumorph.run import RunDirectory
+from pneumorph.run import RunDirectory, StoredDesign, create
 from pneumorph.serve.server import Server
 
 PROBLEM = loads(tiny())
@@ -62,13 +73,22 @@ def attack(name: str, *arguments: object) -> Callable:
     return named
 
 
-def command(*arguments: object) -> str:
-    """Run a command in this process; whether it is refused."""
+def command(*arguments: object, begun: str = "", failing: bool = False) -> str:
+    """Run a command in this process; whether it is refused.
+
+    Parameters
+    ----------
+    arguments : of the command.
+    begun : what it says, if not empty, where its work would begin.
+    failing : whether it may also end with status 1, with one line.
+    """
     found = CliRunner().invoke(app, [str(each) for each in arguments])
     if not isinstance(found.exception, SystemExit | None):
         raise Succeeded(f"{arguments[0]} ends in {found.exception!r}")
-    if found.exit_code == 0:
+    if found.exit_code == 0 or (begun and begun in found.stderr):
         return HARMLESS
+    if failing and found.exit_code == 1 and found.stderr.count("\n") == 1:
+        return REFUSED
     if found.exit_code != 2 or found.stderr.count("\n") != 1:
         raise Succeeded(f"{arguments[0]} ends with status {found.exit_code} and says {found.stderr[-200:]!r}")
     return REFUSED
@@ -373,6 +393,159 @@ def killed(folder: Path, kind: str) -> str:
 
 for each in ENDLESS:
     attack(f"kill -9 of a program: {each}", each)(killed)
+
+
+@cache
+def corruptible() -> Path:
+    """A run whose files are to be corrupted, with a mesh of its body."""
+    mesh = mesh_body(damage.START, damage.PROBLEM.mesh.size).mesh
+    u = mesh.points * np.array([-0.05, 0.0, 0.2])
+    stored = Fields(mesh, {"extend": u}, {"extend": 1.0 + 0.01 * mesh.points[:, 2]})
+    return damage.sound_run(Path(tempfile.mkdtemp()) / "run", damage.resumable_state(), stored).path
+
+
+USED: dict = {}
+"""Shares of the limits that designs of corrupted runs use, which are the same in all of them."""
+
+
+def corrupted(folder: Path, name: str) -> str:
+    """A file of a run is wrong: view, simulate, make and draw refuse it, or do not need it, and change nothing."""
+    shutil.copytree(corruptible(), folder / "run")
+    run = RunDirectory(folder / "run", damage.PROBLEM)
+    DAMAGES[name](run)
+    before, verdicts = damage.contents(run), set()
+    for each in commands_for(name):
+        with brief(USED):
+            verdicts.add(command(*arguments(each, run.path, folder), begun=BEGUN))
+    if damage.contents(run) != before:
+        raise Succeeded("the run is changed")
+    return REFUSED if REFUSED in verdicts else HARMLESS
+
+
+DAMAGES = damage.damages(damage.resumable_state())
+for each in DAMAGES:
+    attack(f"a corrupted run: {each}", each)(corrupted)
+
+MIRRORED = tiny().replace("[[body.chamber]]", 'symmetry = { mirror = ["xz"] }\n[[body.chamber]]', 1)
+LAYERED = (
+    tiny()
+    + """
+[[region]]
+name = "end"
+beyond = "18 mm"
+material = { name = "Hei-Cast 8400" }
+"""
+)
+EDITED = {
+    "nets off a mirror plane by 2e-6 mm": (MIRRORED, lambda net: np.add(net, [0.0, 2e-6, 0.0])),
+    "nets off a mirror plane by 1 mm": (MIRRORED, lambda net: np.add(net, [0.0, 1.0, 0.0])),
+    "nets of which a row is in another region": (LAYERED, lambda net: net * [1.0, 1.0, 0.5]),
+    "nets that leave a region without rubber": (LAYERED, lambda net: net * [1.0, 1.0, 0.2]),
+    "nets that are turned inside out": (MIRRORED, lambda net: net[:, ::-1]),
+    "nets that cross": (tiny(), lambda net: net * [3.0, 3.0, 1.0]),
+}
+
+
+def edited(folder: Path, name: str) -> str:
+    """The nets of a chamber were edited: numbers that are finite, of a body that is none of the problem's."""
+    text, change = EDITED[name]
+    problem = loads(text)
+    start = starting_body(problem.tubes)
+    pressures = {"extend": {"A": 0.06}}
+    run = create(folder / "run", problem)
+    run.record(entry(0), StoredDesign.of(start, pressures), one_element(), {"iteration": 0})
+    path = run.path / "designs" / "0000.npz"
+    with np.load(path) as stored:
+        arrays = dict(stored)
+    arrays["chamber_A"] = change(arrays["chamber_A"])
+    write_arrays(path, arrays)
+    verdicts = [
+        command(*words, failing=True)
+        for words in (
+            ("simulate", run.path),
+            ("draw", run.path, "profile", "--out", folder / "p.png"),
+            ("export", run.path, "--out", folder / "body.vtu"),
+            ("report", run.path, "--out", folder / "page.html"),
+        )
+    ]
+    return REFUSED if REFUSED in verdicts else HARMLESS
+
+
+for each in EDITED:
+    attack(f"a run that was edited: {each}", each)(edited)
+
+
+def started(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run the command in a process of its own."""
+    words = [sys.executable, "-m", "pneumorph", *map(str, arguments)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+    found = subprocess.run(words, text=True, timeout=HUNG, check=False, **pipes)
+    if "Traceback" in found.stderr:
+        raise Succeeded(f"it ends in {found.stderr[-200:]!r}")
+    return found
+
+
+@attack("an output that knows nothing but ASCII")
+def in_ascii(folder: Path) -> str:
+    """Titles and units have letters that it does not know."""
+    path = folder / "arm.toml"
+    path.write_text(tiny(title='"Ärmel ≤ ½"'), encoding="utf-8")
+    found = started("check", path, "--quick", env=os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"})
+    if found.returncode != 0 or "\\xc4rmel" not in found.stdout:
+        raise Succeeded(f"it ends with status {found.returncode}")
+    return HARMLESS
+
+
+@attack("a standard output that is full")
+def full(folder: Path) -> str:
+    """Nothing that is printed arrives."""
+    del folder
+    with open("/dev/full", "w", encoding="utf-8") as nowhere:
+        found = started("--version", stdout=nowhere)
+    if found.returncode != 1 or found.stderr.count("\n") != 1:
+        raise Succeeded(f"it ends with status {found.returncode} and says {found.stderr[-200:]!r}")
+    return REFUSED
+
+
+@attack("a compile cache that was emptied", b"")
+@attack("a compile cache that was spoiled", b"garbage" * 99)
+def uncached(folder: Path, content: bytes) -> str:
+    """Files of kernels that were kept before are of no use any more."""
+    path, kept = folder / "tiny.toml", folder / "cache"
+    path.write_text(tiny())
+    places = {"PNEUMORPH_CACHE": str(kept), "NUMBA_CACHE_DIR": str(folder / "numba")}
+    own = {key: value for key, value in os.environ.items() if key != "JAX_COMPILATION_CACHE_DIR"} | places
+    answers = []
+    for number in range(2):
+        out = folder / f"{number}.json"
+        found = started("simulate", path, "--json", out, env=own)
+        if found.returncode != 0:
+            raise Succeeded(f"it ends with status {found.returncode} and says {found.stderr[-200:]!r}")
+        answers.append(json.loads(out.read_text())["steps"])
+        for each in (each for each in folder.rglob("*") if each.is_file() and each.suffix not in (".toml", ".json")):
+            each.write_bytes(content)
+    if answers[0] != answers[1]:
+        raise Succeeded("it finds other states")
+    return HARMLESS
+
+
+@attack("a list of trusted code without the end of its last line")
+def unfinished(folder: Path) -> str:
+    """What is trusted next is not joined to what is there."""
+    kept = Path(os.environ["XDG_CONFIG_HOME"]) / "pneumorph" / "trusted"
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    before = kept.read_bytes() if kept.exists() else b""
+    path, code = folder / "own.toml", f"# {folder}\ndef objective(f):\n    return -f.translation[2]\n"
+    path.write_text(tiny(objective=f'{{ kind = "custom", code = {json.dumps(code)} }}'))
+    try:
+        kept.write_bytes(before + b"0123456789abcdef  a line that was not written in full")
+        if command("export", path, "--out", folder / "body.msh", "--trust") != HARMLESS:
+            raise Succeeded("trusted code is refused")
+        if command("export", path, "--out", folder / "body.msh") != HARMLESS:
+            raise Succeeded("it is forgotten at once")
+    finally:
+        kept.write_bytes(before)
+    return HARMLESS
 
 
 def _late(*_: object) -> None:

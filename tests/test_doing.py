@@ -1,6 +1,8 @@
-"""What is done is said where nothing else has been, by the thread that computes, and only where somebody asks."""
+"""What is done is said where nothing else has been, whatever runs, and only where somebody asks."""
 
 from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+from types import SimpleNamespace
 
 import pytest
 from tiny import tiny
@@ -8,47 +10,69 @@ from tiny import tiny
 from pneumorph import doing
 from pneumorph.analysis import analyse_body
 from pneumorph.interface.design import starting_design
-from pneumorph.interrupts import stop_if_asked
 from pneumorph.problem import loads
 
 
 @pytest.fixture
-def lines(monkeypatch):
-    """What is said, wherever it may be."""
+def parts(monkeypatch):
+    """All that is done, as it is begun."""
+
+    class Noted(list):
+        def append(self, part):
+            super().append(part)
+            found.append(doing.words())
+
     found: list[str] = []
+    monkeypatch.setattr(doing, "_now", Noted())
+    return found
+
+
+def test_from_the_whole_to_its_part(monkeypatch):
+    monkeypatch.setattr(doing, "time", SimpleNamespace(monotonic=lambda: 100.0))
+    with doing.doing("checking"), doing.doing("meshing") as far:
+        assert doing.words() == "checking, meshing"
+        far("2 of 3 surfaces")
+        assert doing.line(107.0) == "checking, meshing: 2 of 3 surfaces (7 s)"
+    assert doing.line(107.0) is None
+
+
+def test_a_line_is_due_five_seconds_after_the_last(monkeypatch):
+    monkeypatch.setattr(doing, "_latest", 100.0)
+    assert [doing.due(now) for now in (100.0, 103.0, 105.0, 120.0)] == [5.0, 2.0, 0.0, 0.0]
+    # Clocks of other machines may be behind.
+    assert doing.due(0.0) == doing.EVERY
+
+
+def test_lines_come_while_the_main_thread_waits(monkeypatch):
     monkeypatch.setattr(doing, "EVERY", 0.0)
-    doing.announce(found.append)
-    yield found
+    told: list[str] = []
+    heard = Event()
+
+    def say(text):
+        told.append(text)
+        heard.set()
+
+    with doing.doing("waiting"):
+        doing.announce(say)
+        assert heard.wait(60.0)
+        doing.announce(None)
+    assert told[0] == "waiting (0 s)"
+    count = len(told)
     doing.announce(None)
+    assert len(told) == count
 
 
-def test_from_the_whole_to_its_part(lines):
-    with doing.doing("checking"), doing.doing("meshing"):
-        stop_if_asked()
-    stop_if_asked()
-    assert [line.partition(" (")[0] for line in lines] == ["checking, meshing", "still working"]
-
-
-def test_nothing_is_said_soon_after_a_line(lines, monkeypatch):
-    monkeypatch.setattr(doing, "EVERY", 1e9)
-    with doing.doing("meshing"):
-        stop_if_asked()
-    assert lines == []
-
-
-def test_other_threads_say_nothing(lines):
+def test_other_threads_are_not_listened_to():
     def work():
         with doing.doing("aside"):
-            stop_if_asked()
+            return doing.words()
 
     with ThreadPoolExecutor(1) as threads:
-        threads.submit(work).result()
-    assert lines == [] and doing.words() == ""
+        assert threads.submit(work).result() == ""
 
 
-def test_an_analysis_says_what_it_does(lines):
+def test_an_analysis_says_what_it_does(parts):
     problem = loads(tiny())
     analyse_body(problem, starting_design(problem).body)
-    said = {line.partition(" (")[0] for line in lines}
-    assert any(each.startswith("meshing") for each in said)
-    assert any("near " in each and "kPa" in each for each in said)
+    assert any(each.startswith("meshing") for each in parts)
+    assert any("near " in each and "kPa" in each for each in parts)

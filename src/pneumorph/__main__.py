@@ -17,7 +17,8 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     compiling.announce(_compiling)
     doing.announce(_say)
-    from pneumorph.cli import app
+    with doing.doing("loading the program"):
+        from pneumorph.cli import app
 
     # Where the output knows no "≤" or "²", they are written out and nothing is lost.
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -49,7 +50,9 @@ def _compiling() -> None:
 
 def _say(sentence: str) -> None:
     with contextlib.suppress(OSError):
-        print(sentence, file=sys.stderr, flush=True)
+        # At once, so that a line of another thread is not mixed with it.
+        sys.stderr.write(f"{sentence}\n")
+        sys.stderr.flush()
 
 
 if __name__ == "__main__":

@@ -20,8 +20,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from pneumorph import doing
-
 SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 PATIENCE = 1.0
@@ -98,16 +96,12 @@ def deferred() -> Iterator[None]:
 
 
 def stop_if_asked() -> None:
-    """Raise Interrupted if a signal has come; cheap, to be called several times a second where much is computed.
-
-    There it is also said what is computed, see `doing`.
-    """
+    """Raise Interrupted if a signal has come; cheap, to be called several times a second where much is computed."""
     if _ending:
         # What is cleaned up, such as a program that is waited for, must not let this one go on.
         threading.Event().wait()
     if _noted:
         raise Interrupted(_noted)
-    doing.beat()
 
 
 def leave(status: object) -> None:

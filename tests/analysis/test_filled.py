@@ -1,14 +1,16 @@
 """Problems with chambers that are filled to a volume or sealed with gas: designs, sweeps, files, mistakes."""
 
+from dataclasses import replace
+
 import pytest
 from texts import TWO_BESIDE, problem_text
 from tiny import tiny
 
-from pneumorph.analysis import analyse_body, run_gradient_check
+from pneumorph.analysis import analyse_body, collect_task_results, run_gradient_check
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.design import starting_design
-from pneumorph.mechanics import Equilibrium, mirrors_of, rest, solve, whole_of
+from pneumorph.mechanics import Equilibrium, Tangent, contact_forces, mirrors_of, rest, solve, whole_of
 from pneumorph.mechanics.assembly.enclosed import volumes_of
 from pneumorph.optimize import DesignAccepted, design
 from pneumorph.problem import loads
@@ -27,6 +29,16 @@ objective = { motion = "extension" }
 [mesh]
 size = "6 mm"
 """
+
+
+PLATE = """
+[[obstacle]]
+name = "plate"
+kind = "plane"
+point = ["11.6 mm", "0 mm", "0 mm"]
+normal = [-1, 0, 0]
+"""
+PRESSING = BOTH.replace('objective = { motion = "bending_y" }', 'objective = { kind = "press", obstacle = "plate" }')
 
 
 def two_beside(rest=BOTH):
@@ -55,6 +67,34 @@ def test_volumes_and_gases_are_kept(both):
 
 def test_the_gradient_of_both(both):
     check = run_gradient_check(both)
+    assert check.passed, check
+    for test in check.tests.values():
+        assert abs(test.rates[-1] - 2.0) < 0.02, test
+
+
+@pytest.fixture(scope="module")
+def pressing():
+    problem = loads(two_beside(PRESSING + PLATE).replace("0.12 ml", "0.35 ml"))
+    return analyse_body(problem, starting_body(problem.tubes))
+
+
+def test_what_is_filled_presses_as_at_the_pressure_found(pressing):
+    at, found = pressing.analysis.configurations["fill"], pressing.analysis.equilibria["fill"]
+    rest_A, rest_B = volumes_of(pressing.disc.model, at.X, rest(pressing.disc.model))
+    assert found.volumes["A"] == pytest.approx(rest_A + 350.0, rel=1e-7) and found.stable
+    force = contact_forces(at, found.state).normal["plate"]
+    assert force > 0.02
+    same = replace(at, enclosed=None)
+    again = solve(same, Tangent(pressing.disc.model), found.state)
+    assert isinstance(again, Equilibrium)
+    assert contact_forces(same, again.state).normal["plate"] == pytest.approx(force, rel=1e-4)
+    results = collect_task_results(pressing.disc, pressing.analysis)["fill"]
+    assert results.gas == {"B": pytest.approx(rest_B * 0.111325 / 0.101325, rel=1e-9)}
+    assert results.pressures == pytest.approx(found.enclosed)
+
+
+def test_the_gradient_where_it_presses(pressing):
+    check = run_gradient_check(pressing)
     assert check.passed, check
     for test in check.tests.values():
         assert abs(test.rates[-1] - 2.0) < 0.02, test
@@ -143,7 +183,7 @@ def test_a_stopped_run_goes_on_with_what_is_filled_and_sealed():
         ("pressure = {}", 'pressure = { A = "1 kPa" }', "task[0].pressure.A"),
         ('pressure = "10 kPa"', 'pressure = "-200 kPa"', "body.chamber[1].gas.pressure"),
         ("exponent = 1.4", "exponent = 0.5", "body.chamber[1].gas.exponent"),
-        ("[mesh]", "[contact]\n[mesh]", "contact"),
+        ("[mesh]", f"{PLATE}[contact]\nfriction = 0.3\n[mesh]", "contact.friction"),
         ("[mesh]", '[limits]\nsensitivity = "2 mm/kPa"\n[mesh]', "limits.sensitivity: is not possible with"),
     ],
 )

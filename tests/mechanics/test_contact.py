@@ -17,11 +17,13 @@ from pneumorph.mechanics import (
     contact_forces,
     follow,
     neo_hookean_rubber,
+    settled,
     solve,
     sweep,
 )
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.assembly.enclosed import Enclosed
 from pneumorph.mechanics.contact.barrier import barrier, barrier_derivatives
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.implicit import Implicit
@@ -142,6 +144,25 @@ def test_a_ring_that_collapses_touches_itself_and_does_not_go_through():
         assert there.stable
     assert contact_forces(at, there.state).own > 0.01
     assert there.volumes["A"] < 0.45 * np.pi * 64 * LENGTH
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+def test_a_ring_that_is_emptied_touches_itself_as_under_the_pressure_found(mixed):
+    """Where a volume is taken out, its pressure is that which leaves this volume."""
+    model = ring(mixed=mixed)
+    steps = [loaded(model, -p, pull=2e4) for p in (0.002, 0.005, 0.01)]
+    *_, there = sweep(steps, Tangent(model))
+    at_rest = found(loaded(model, 0.0)).volumes["A"]
+    law = np.array([there.volumes["A"] - at_rest]), np.array([False]), np.zeros(1), np.ones(1), np.full(1, 0.101325)
+    emptied = replace(loaded(model, 0.0, pull=2e4), enclosed=Enclosed(("A",), *law))
+    again = found(emptied, start=there.state)
+    assert again.enclosed["A"] == pytest.approx(-0.01, rel=1e-4) and again.stable
+    # On the way from rest, too.
+    *_, swept = sweep([replace(emptied, enclosed=emptied.enclosed.part(f)) for f in (0.3, 0.7, 1.0)], Tangent(model))
+    assert isinstance(swept, Equilibrium), swept.reason
+    assert swept.volumes["A"] == pytest.approx(there.volumes["A"], rel=1e-7)
+    assert crossings(flat_triangles(emptied.X + swept.u)) == 0
+    assert contact_forces(settled(emptied, swept), swept.state).own > 0.005
 
 
 SHAPES = {

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.errors import ProblemError
+from pneumorph.errors import Hopeless, ProblemError
 from pneumorph.limits.table import BY_NAME
 from pneumorph.optimize import design
-from pneumorph.optimize.events import BegunLower, DesignAccepted, Finished
+from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.events import BegunBeyond, BegunLower, DesignAccepted, Finished
+from pneumorph.optimize.setup import build_setup
+from pneumorph.optimize.start import start
 from pneumorph.optimize.states import AIM, StateLimits
 from pneumorph.problem import Problem, loads
 
@@ -120,3 +123,19 @@ def test_what_is_expected_of_the_next_step():
     bent = states.bent(curvature, 0.2)
     assert bent.excess == pytest.approx([-0.1 + AIM + 0.05, 0.05])
     assert states.bent(curvature, 0.1).excess == pytest.approx([-0.1 + AIM + 0.0125, 0.0125])
+
+
+def test_a_limit_out_of_reach_is_refused_with_its_key():
+    """Rest is at 1/1.1 of the range: from 1.07 to 0.913 the last of it takes walls of any thickness."""
+    asked = problem(1.1, 5).with_changes({"limits.strain": 0.9095})
+    with pytest.raises(Hopeless, match=r"^limits\.strain: is 1\.\d+ at the start, in task extend") as caught:
+        list(design(asked))
+    assert "raise it, lower task[0].pressure.A" in str(caught.value)
+
+
+def test_a_limit_within_reach_says_how_far_it_is():
+    setup = build_setup(problem(1.08, 5))
+    found = start(setup, Clock())
+    told = next(event for event in found if isinstance(event, BegunBeyond)).violated
+    assert len(told) == 1 and told[0].startswith("limits.strain: is 1.")
+    assert 0.05 < float(told[0].partition("move by ")[2].partition(" mm")[0]) < 5.0

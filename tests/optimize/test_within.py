@@ -5,9 +5,11 @@ import pytest
 from certifying import certified
 from tiny import tiny
 
+from pneumorph.errors import Hopeless
 from pneumorph.limits.report import LimitReport
 from pneumorph.optimize import within
 from pneumorph.optimize.setup import Setup, build_setup
+from pneumorph.optimize.start import begin_within
 from pneumorph.optimize.within import Within
 from pneumorph.problem import loads
 
@@ -46,3 +48,14 @@ def test_what_cannot_be_repaired_ends_soon(setup: Setup, monkeypatch: pytest.Mon
     assert not found.satisfied()
     # Of 112 that there would be.
     assert setup.settings.repair.motions_in_vain <= len(motions) < 40
+
+
+def test_limits_that_conflict_are_named_with_how_far_they_are_missed() -> None:
+    """A chamber whose walls fill its envelope: neither has room to give way."""
+    rest = '[limits]\nwall = "4.5 mm"\ncurvature = "0.05 /mm^2"\nenvelope = { radius = "8 mm" }\n'
+    asked = loads(tiny().replace("[mesh]", f"{rest}[mesh]"))
+    with pytest.raises(Hopeless) as caught:
+        begin_within(build_setup(asked))
+    message = str(caught.value)
+    assert "limits.wall" in message and "%" in message
+    assert "limits.envelope" in message or "limits.curvature" in message

@@ -109,6 +109,23 @@ def test_more_chambers_than_an_envelope_has_room_for():
     loads(few.replace("NUMBER", "4"))
 
 
+BOX = '{{ box = [["-{0} mm", "-{1} mm", "-1 mm"], ["{0} mm", "{1} mm", "40 mm"]] }}'
+
+
+def test_walls_and_curvature_need_room_together():
+    """A section with a curvature of 1/r at most has a circle of radius r in it: r = 1 / sqrt(2 h)."""
+    for curvature, circle in ((0.3, 1.291), (0.02, 5.0)):
+        rest = f'[limits]\nwall = "2 mm"\ncurvature = "{curvature} /mm^2"\nenvelope = '
+        for envelope in ('{{ radius = "{} mm" }}', BOX.replace("{1}", "20").replace("{0}", "{}")):
+            with_room, without = (rest + envelope.format(2.0 + f * circle) + "\n" for f in (1.01, 0.99))
+            loads(text(EXTEND, rest=with_room))
+            (fault,) = refused(text(EXTEND, rest=without))
+            assert fault.startswith("limits.envelope: ") and f"needs {2 + circle:.3g} mm" in fault
+    # A dome may be as short as it likes.
+    short = text(EXTEND, rest='[limits]\ncurvature = "0.3 /mm^2"\nenvelope = { radius = "3.2 mm" }\n')
+    loads(short.replace('span = ["3 mm", "21 mm"]', 'span = ["3 mm", "7 mm"]'))
+
+
 @pytest.mark.parametrize(("limits", "key"), [("margin = 1e6", "limits.margin"), ("strain = 0.2", "limits.strain")])
 def test_limits_on_states_out_of_reach(limits, key):
     material = 'shear_modulus = "0.1 MPa"\nbulk_modulus = "10 MPa"\ndensity = "1 g/cm^3"\nvalid_stretch = 4.0'

@@ -125,6 +125,7 @@ def discretise(problem: Problem, body: Body) -> Discretisation:
     return build_discretisation(problem, mesh_of(problem, body, part_of(problem)), body.control_points())
 
 
+@doing("building the model")
 def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -> Discretisation:
     """Build the model of a mesh, which was made for the control points `built_at` (n_points, 3) mm.
 
@@ -219,6 +220,7 @@ def analyse(
     return Analysis(phi, points, X, pressures, space.data(phi), configurations, equilibria, values, value, crossing)
 
 
+@doing("testing whether the states are stable")
 def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]:
     """Whether the state of each task is stable, by a factorisation at that very state (see `Tangent.pivots_at`).
 
@@ -241,6 +243,7 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
     }
 
 
+@doing("looking for lateral buckling")
 def lateral_stability(disc: Discretisation, analysis: Analysis) -> dict[str, list[bool]]:
     """Whether every task is stable against each kind of lateral motion; there are none but between mirror planes."""
     stable: dict[str, list[bool]] = {}
@@ -252,6 +255,7 @@ def lateral_stability(disc: Discretisation, analysis: Analysis) -> dict[str, lis
     return stable
 
 
+@doing("looking for lateral buckling")
 def lateral_stiffness(disc: Discretisation, analysis: Analysis, at_rest: bool = False) -> dict[str, list[Softest]]:
     """The softest lateral motions of every task, one of each kind, at its state or at rest without its loads."""
     motions: dict[str, list[Softest]] = {}
@@ -288,6 +292,7 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
     return guesses
 
 
+@doing("carrying states over to the new mesh")
 def carry_over(
     old: Discretisation,
     X_old: np.ndarray,

@@ -9,8 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.doing import doing
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Tangent, limit_ahead
+from pneumorph.mechanics.solve.filled import given_pressures
 from pneumorph.sensitivity import BEYOND, Margin, find_margin, margin_slope
 
 NEAR = 1.1
@@ -35,10 +37,12 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
     bound : of the margin.
     """
     for name, at in analysis.configurations.items():
-        if name not in analysis.limit_points:
+        if name in analysis.limit_points:
+            continue
+        with doing(f"looking for ballooning in task {name}"):
             equilibrium = analysis.equilibria[name]
             # A given volume does not grow by itself, and what is sealed not without end.
-            inflated = at.enclosed is None and float(np.max(at.loads.pressure)) > 0.0
+            inflated = float(np.max(given_pressures(at))) > 0.0
             estimate = limit_ahead(at, disc.tangents[name], equilibrium.state) if inflated else math.inf
             ahead = Margin(BEYOND * bound, None)
             if estimate < NEAR * bound:

@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
+from pneumorph.doing import doing
 from pneumorph.mechanics import (
     Configuration,
     Equilibrium,
@@ -24,6 +25,7 @@ from pneumorph.mechanics import (
     settled,
     solve,
 )
+from pneumorph.mechanics.assembly.enclosed import amounts
 from pneumorph.objective import Features
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import acting
@@ -64,6 +66,7 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
             pose_translations=translations,
             pose_rotations=rotations,
             self_intersecting=analysis.self_intersecting[name],
+            gas=amounts(disc.model, analysis.X, analysis.configurations[name].enclosed),
         )
     return results
 
@@ -107,6 +110,7 @@ def collect_fields(
     return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag, inflation or {})
 
 
+@doing("finding how it sags without pressure")
 def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
     """Displacements (N, 3) in mm without pressures, under the first task's loads; None if it has none, or no state."""
     under = acting(problem, problem.task[0])
@@ -135,7 +139,8 @@ def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inf
         if not any(pressures.values()):
             continue
         way = _lowered(analysis.configurations[task], analysis.equilibria[task].state, tangent)
-        states = [(part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]) for part, answer in way]
+        with doing(f"inflating task {task} for its pictures"):
+            states = [(part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]) for part, answer in way]
         if states:
             parts, u, stretch = (np.array(each) for each in zip(*reversed(states), strict=True))
             inflation[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))

@@ -16,6 +16,7 @@ from pneumorph.analysis.analyse import (
 )
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.analysis.starting import analyse_start, coarser
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body, DesignSpace
 from pneumorph.geometry.starting import space_of
@@ -144,11 +145,12 @@ def run_gradient_check(at: AnalysedBody) -> GradientCheck:
     def value(phi: np.ndarray) -> float:
         return _analysed(problem, space, disc, phi, at.analysis).value
 
-    for name, direction in directions.items():
+    for number, (name, direction) in enumerate(directions.items(), start=1):
         if motion == 0.0 and name != "pressures":
             nothing[name] = "the body does not move: no task has a pressure or a load"
             continue
-        test = taylor_test(value, space.start, slope, direction, FIRST_STEP, start=at.analysis.value)
+        with doing(f"direction {number} of {len(directions)}, {name}"):
+            test = taylor_test(value, space.start, slope, direction, FIRST_STEP, start=at.analysis.value)
         if not test.passed and is_flat(test, float(slope @ direction), scale):
             nothing[name] = "the objective does not change along it"
         else:

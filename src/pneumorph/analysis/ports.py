@@ -15,6 +15,7 @@ import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, refuse_friction
 from pneumorph.analysis.bodies import mesh_of
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -64,6 +65,7 @@ class Port:
     radius: float
 
 
+@doing("finding the effect of the ports")
 def with_and_without(
     problem: Problem, body: Body, pressures: Mapping[str, Mapping[str, float]], ports: Sequence[Port]
 ) -> dict[str, tuple[Features, Features]]:

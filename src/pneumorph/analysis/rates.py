@@ -7,10 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.doing import doing
 from pneumorph.results import MotionRates
 from pneumorph.sensitivity import by_known, motion_slopes
 
 
+@doing("finding how motions change with pressure")
 def motion_rates(disc: Discretisation, analysis: Analysis) -> Mapping[str, MotionRates]:
     """Derivatives of the tip's translation and rotation vector in every task, by one adjoint for each of the six."""
     rates = {}

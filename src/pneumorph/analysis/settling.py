@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium, Rubber, Tangent, build_loads, build_model, configure, solve
 from pneumorph.mechanics.setup import asks_for_mixed
@@ -18,6 +19,7 @@ _TOLERANCE = 1e-5
 """Relative residual: far below what casting is accurate to."""
 
 
+@doing("finding how the silicone sags")
 def settle(
     rubber: Rubber,
     low: Sequence[float] | np.ndarray,

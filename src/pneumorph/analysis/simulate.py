@@ -38,6 +38,7 @@ from pneumorph.mechanics import (
     sweep_with_friction,
     whole_of,
 )
+from pneumorph.mechanics.assembly.enclosed import amounts
 from pneumorph.mesh import TetMesh
 from pneumorph.objective import Objective, build_objectives, measure_features
 from pneumorph.problem import Problem
@@ -269,15 +270,21 @@ def prepare_simulation(
     for name in sealed(problem):
         if name in given or name in (volumes or {}):
             raise ProblemError(f'chamber "{name}" is sealed with gas: its pressure follows; leave it out')
-    if unknown and (problem.contact is not None or problem.obstacle):
-        raise ProblemError("volume: is not possible with contact and obstacles; give a pressure")
+    for chamber in problem.body.chamber:
+        if chamber.name in (volumes or {}) and getattr(chamber, "seal", None) is not None:
+            raise ProblemError(f"volume {chamber.name}: is closed by an obstacle; give a pressure")
     under = [_loads(problem, name, each) for name in pressures for path in paths for each in path.holds]
     nothing = dict.fromkeys(unknown, math.nan)
     applied = [{**own, **each, **nothing} for own in pressures.values() for path in paths for each in path.steps]
-    mesh = mesh_of(problem, body, part_of(problem, applied, under)).mesh
-    targets = {name: target for name, target in _targets(problem).items() if name in pressures}
     given_friction = 0.0 if problem.contact is None else problem.contact.friction
     coefficient = _friction(problem, given_friction if friction is None else friction)
+    if unknown and coefficient:
+        raise ProblemError(
+            f"friction {coefficient:g}: is not possible with chambers that are sealed or filled to a volume; give "
+            "pressures, or no friction"
+        )
+    targets = {name: target for name, target in _targets(problem).items() if name in pressures}
+    mesh = mesh_of(problem, body, part_of(problem, applied, under)).mesh
     return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, targets, coefficient)
 
 
@@ -367,6 +374,7 @@ def step_of(
         self_intersecting=skin.intersects_itself(at.X + answer.u),
         buckled=answer.buckled,
         holds=_holds(at),
+        gas=amounts(at.model, at.X, at.enclosed),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_ACCURACY, Analysis, Discretisation
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Softest
@@ -52,10 +53,11 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
     """
     rest, squares, factors = np.zeros(space.n), np.zeros(space.n), [np.zeros((0, space.n))]
     for task in problem.task:
-        if disc.objectives[task.name].residuals is None:
-            rest += task.weight * _task_gradient(space, disc, analysis, task.name, DESIGN_ACCURACY)
-            continue
-        residuals, jacobian = _task_jacobian(space, disc, analysis, task.name)
+        with doing(f"task {task.name}"):
+            if disc.objectives[task.name].residuals is None:
+                rest += task.weight * _task_gradient(space, disc, analysis, task.name, DESIGN_ACCURACY)
+                continue
+            residuals, jacobian = _task_jacobian(space, disc, analysis, task.name)
         squares += 2.0 * task.weight * residuals @ jacobian
         factors.append(np.sqrt(2.0 * task.weight) * jacobian)
     return Slopes(rest + squares, rest, np.concatenate(factors))

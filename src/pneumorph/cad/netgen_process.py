@@ -18,6 +18,7 @@ from pathlib import Path
 from threading import Event, Lock, Timer
 from typing import Any
 
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, MeshError
 from pneumorph.interrupts import cleaned_up, stop_if_asked
 from pneumorph.processes import python
@@ -31,6 +32,15 @@ _FAILED = {
     "triangles": "has triangles that cannot be remeshed; repair them in a mesh program",
     "distances": "has faces from which distances cannot be measured; repair them in CAD",
     "solids": "has faces that cannot be meshed; repair them in CAD",
+}
+
+_WORDS = {
+    "fill": "filling the body with tetrahedra",
+    "optimise": "improving tetrahedra",
+    "compose": "making the body of its parts",
+    "triangles": "remeshing the triangles of the file",
+    "distances": "measuring distances from faces",
+    "solids": "meshing the faces of the file",
 }
 
 _LEAVING = 5.0
@@ -57,7 +67,7 @@ def call(name: str, *arguments: Any, seconds: float | None = None) -> tuple[Any,
     ComputationError
         If it cannot be started, or has not enough memory.
     """
-    with _lock, _ended_after(seconds) as late:
+    with doing(_WORDS.get(name, "waiting for the mesher")), _lock, _ended_after(seconds) as late:
         child = _process()
         assert child.stdin is not None and child.stdout is not None
         try:

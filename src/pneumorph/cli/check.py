@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,10 @@ from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
-from pneumorph.limits.report import without_rounding
+from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
+from pneumorph.optimize.prospects import shortfalls
 from pneumorph.optimize.setup import build_setup
 from pneumorph.optimize.start import begin_within
 from pneumorph.optimize.states import linear_states
@@ -54,6 +56,13 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
 
     design = starting_design(asked) if run is None or run.latest is None else run.best
     asked = design.problem
+    simulated_only = _why_not_designed(asked)
+    with doing("measuring the limits"):
+        readings = () if simulated_only else design.limits
+    begins = run is None and not simulated_only
+    if begins and any(map(_violated, readings)):
+        # Whether a run can begin at all; before anything that takes longer.
+        begin_within(build_setup(asked))
     at = analyse_body(asked, design.body)
     for line, style in _description(at):
         say(line, style)
@@ -70,16 +79,13 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         for sentence in warnings_of(rubbers_of(asked), results[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
     violated = 0
-    simulated_only = _why_not_designed(asked)
     if simulated_only:
         say(f"limits    simulation only: {simulated_only}")
-    with doing("measuring the limits"):
-        readings = () if simulated_only else design.limits
     for reading in readings:
         # The certified bound holds for all points; the attained value is that of the worst sample.
         attained = without_rounding(reading.attained)
         at_bound = not reading.satisfied() and reading.touched()
-        violated += not (reading.satisfied() or at_bound)
+        violated += _violated(reading)
         said = "" if reading.satisfied() else f"; {BEGINS if at_bound else 'violated'}"
         say(f"limit     {reading}, attained {attained:.3g}{said}", "" if reading.satisfied() or at_bound else "red")
     states = linear_states(asked, at.space, at.disc, at.analysis)
@@ -93,10 +99,10 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         violated += not kept
         shown = f"{without_rounding(value):.3g}{limit.suffix}, must be {kind} {bound:g}{limit.suffix}"
         say(f"limit     {limit.word} is {shown}{'' if kept else '; violated'}", "" if kept else "red")
-    # Whether a run can begin at all.
-    if violated and run is None and not simulated_only:
-        with doing("bringing the start within the limits"):
-            begin_within(build_setup(asked))
+    if begins and states.violated:
+        setup = build_setup(asked)
+        analysis = replace(at.analysis, phi=setup.space.start)
+        shortfalls(setup, at.disc, analysis, linear_states(asked, setup.space, at.disc, analysis))
     if violated:
         limits = "1 limit is" if violated == 1 else f"{violated} limits are"
         say(f"{limits} violated by this body; a design run begins by bringing it within them.", "red")
@@ -115,6 +121,11 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         raise ComputationError("the gradient is not right to second order; try a finer mesh")
     exact = "and its gradient is exact" if tested.tests else "but there is nothing to test its gradient on"
     say(f"{sound} {exact}.")
+
+
+def _violated(reading: LimitReading) -> bool:
+    """Whether a limit is violated by more than a start that is at its bound."""
+    return not (reading.satisfied() or reading.touched())
 
 
 def _why_not_designed(problem: Problem) -> str | None:

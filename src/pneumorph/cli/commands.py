@@ -8,12 +8,14 @@ from typing import Annotated
 import typer
 
 from pneumorph.cli.help import WholeSentences
+from pneumorph.doing import doing
 
 RunDirectory = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
 Trusted = Annotated[bool, typer.Option("--trust", help="Run the Python code in the file without asking.")]
 DesignNumber = Annotated[int | None, typer.Option(min=0, help="Number of the design; by default the last.")]
 
 
+@doing("making the problem file")
 def new(
     name: Annotated[Path, typer.Argument(metavar="NAME", help="Name of the file; .toml is added.")],
     kind: Annotated[
@@ -35,6 +37,7 @@ def new(
     new(name, kind, size or [])
 
 
+@doing("designing")
 def design(
     problem: Annotated[Path, typer.Argument(metavar="PROBLEM", help="The problem file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
@@ -55,6 +58,7 @@ def design(
     design(problem, out, iterations, resume, quiet, verbose, trust)
 
 
+@doing("simulating")
 def simulate(
     source: Annotated[Path, typer.Argument(metavar="PROBLEM_OR_RUN", help="A problem file, or a run directory.")],
     pressure: Annotated[
@@ -129,6 +133,7 @@ def simulate(
     )
 
 
+@doing("checking")
 def check(
     problem: Annotated[
         Path, typer.Argument(metavar="PROBLEM_OR_RUN", help="A problem file (TOML), or a run directory.")
@@ -142,6 +147,7 @@ def check(
     check(problem, quick, trust)
 
 
+@doing("estimating the error of the mesh")
 def accuracy(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
     design: DesignNumber = None,
@@ -153,6 +159,7 @@ def accuracy(
     accuracy(source, design, trust)
 
 
+@doing("finding how the motion scatters")
 def tolerance(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
     rubber: Annotated[
@@ -186,6 +193,7 @@ def tolerance(
     tolerance(source, {**given, "load": load}, design, task, json, trust)
 
 
+@doing("exporting")
 def export(
     source: Annotated[
         Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file (TOML).")
@@ -209,10 +217,14 @@ def export(
     from pneumorph.cli.source import design_of
     from pneumorph.cli.trust import asking
 
-    design_of(source, design, asking(trust)).export(out, format, task)
+    chosen = design_of(source, design, asking(trust))
+    chosen.export(out, format, task)
     print(f"written to {out}")
+    if chosen.has_found_pressures(task) and (format or out.suffix.removeprefix(".")) in ("inp", "feb", "py"):
+        print("chambers that are filled or sealed have the pressures found in the file, which stay as they are there")
 
 
+@doing("writing the page")
 def report(
     run: Annotated[Path, typer.Argument(metavar="RUN|STUDY", help="A run directory, or the directory of a study.")],
     out: Annotated[Path | None, typer.Option(help="The file; by default report.html in the directory.")] = None,
@@ -229,6 +241,7 @@ def report(
         print(f"written to {open_run(run, asking(trust)).report(out)}")
 
 
+@doing("drawing")
 def draw(
     source: Annotated[
         Path,
@@ -282,6 +295,7 @@ def view(
     view(runs, port, browser, trust)
 
 
+@doing("making the files")
 def make(
     run: RunDirectory,
     design: DesignNumber = None,
@@ -297,6 +311,7 @@ def make(
     make(run, design, out, chord, trust)
 
 
+@doing("running the study")
 def study(
     source: Annotated[Path, typer.Argument(metavar="STUDY", help="The study file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="The study's directory; by default runs/<name of the file>.")] = None,
@@ -328,6 +343,7 @@ def study(
     study(source, out, cluster, workers, quiet, tls, trust)
 
 
+@doing("verifying")
 def verify(
     only: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Run only cases whose name contains this; repeatable.")
@@ -365,6 +381,7 @@ def show_material(name: Annotated[str, typer.Argument(metavar="NAME", help="An e
 
 
 @material.command("fit")
+@doing("fitting")
 def fit_material(
     data: Annotated[
         list[str],

@@ -12,7 +12,6 @@ from rich.table import Table
 from pneumorph import extras, units
 from pneumorph.atomic import make_folder
 from pneumorph.cli.trust import asking
-from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.runs import open_run
 
@@ -50,8 +49,7 @@ def make(run: Path, design: int | None, out: Path | None, chord: str, trust: boo
             make_folder(folder)
         else:
             out.mkdir(parents=True, exist_ok=True)
-        with doing("making the files"):
-            made = chosen.make(folder, allowed)
+        made = chosen.make(folder, allowed)
     except ModuleNotFoundError as error:
         raise ProblemError(str(error)) from None
     except OSError as error:

@@ -14,6 +14,7 @@ from rich.text import Text
 from pneumorph import doing
 from pneumorph.cli.columns import columns_of, heading, row
 from pneumorph.optimize import (
+    BegunBeyond,
     BegunLower,
     BroughtWithin,
     DesignAccepted,
@@ -84,6 +85,9 @@ class Screen:
             case BegunLower():
                 begun = "; ".join(f"{name} {format_pressures(own)}" for name, own in event.pressures.items())
                 self.say(f"the start has no state at its pressures and begins lower: {begun}; designs may raise them")
+            case BegunBeyond():
+                for sentence in event.violated:
+                    self.say(sentence)
             case DesignAccepted():
                 self._rejected = 0
                 self.row(event.entry)

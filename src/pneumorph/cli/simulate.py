@@ -103,8 +103,10 @@ def simulate(
     curves: list[Curve] = []
     stop: Interrupted | None = None
     try:
-        with deferred(), doing("simulating"), _progress(console, simulation.count) as progress:
-            for step in simulation.run(curves):
+        with deferred(), doing("sweeping") as far, _progress(console, simulation.count) as progress:
+            far(f"step 1 of {simulation.count}")
+            for number, step in enumerate(simulation.run(curves), start=1):
+                far(f"step {min(number + 1, simulation.count)} of {simulation.count}")
                 console.print(_row(step, tasks[step.task]), soft_wrap=True)
                 said()
                 progress.advance(progress.task_ids[0])

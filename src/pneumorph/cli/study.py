@@ -82,15 +82,25 @@ def study(
     def report(text: str) -> None:
         if not (quiet or console.is_terminal):
             console.print(Text(text), soft_wrap=True)
+            doing.said()
 
     ends: list[MemberEnd] = []
     if unfinished:
         try:
             # A table that changes is for terminals only; elsewhere every design and every end is a line.
             shown = Live(board, console=console, refresh_per_second=2) if console.is_terminal and not quiet else None
-            with deferred(), connected(cluster, workers, tls) as client, shown or nullcontext():
+            if shown is not None:
+                doing.announce(None)
+            with (
+                deferred(),
+                doing.doing("members") as far,
+                connected(cluster, workers, tls) as client,
+                shown or nullcontext(),
+            ):
+                far(f"0 of {len(unfinished)} have ended")
                 for end in run_members(client, unfinished, folder, accepted):
                     ends.append(end)
+                    far(f"{len(ends)} of {len(unfinished)} have ended")
                     board.end(end)
                     report(board.line(end.name))
         except Interrupted as stop:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+from pneumorph.doing import silent
 from pneumorph.errors import printable
 from pneumorph.problem import Code, Trust
 
@@ -31,7 +32,8 @@ def _ask(where: str, codes: Sequence[Code]) -> bool:
         file=sys.stderr,
         flush=True,
     )
-    return sys.stdin.readline().strip().lower() in YES
+    with silent():
+        return sys.stdin.readline().strip().lower() in YES
 
 
 def _shown(line: str) -> str:

@@ -363,7 +363,15 @@ class Design:
         if chosen not in FORMATS:
             raise ProblemError(f'format: "{chosen}" is not a known format; use one of {", ".join(FORMATS)}')
         name = self._task(task)
-        export(Path(path), chosen, self.problem, self.fields, self.pressures[name], name)
+        # Those of chambers that are filled or sealed are found.
+        pressures = self.results[name].pressures if self.has_found_pressures(name) else self.pressures[name]
+        export(Path(path), chosen, self.problem, self.fields, pressures, name)
+
+    def has_found_pressures(self, task: str | None = None) -> bool:
+        """Whether a chamber is filled to a volume or sealed with gas in a task, by default the first."""
+        name = self._task(task)
+        (own,) = (each for each in self.problem.task if each.name == name)
+        return bool(own.volumes) or any(chamber.gas is not None for chamber in self.problem.body.chamber)
 
     def plot(
         self,

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pneumorph.doing import doing
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places
 from pneumorph.limits.certify.tally import Tally
@@ -134,7 +135,8 @@ def certify(kinds: Sequence[Kind[Any, Enclosed, Any]], body: Enclosed) -> LimitR
     }
     # Distances come last: they take longest, and need not be finer than what is known of end planes and rims.
     for kind in reversed(kinds):
-        kind.certify(body, tallies)
+        with doing(f"certifying {', '.join(dict.fromkeys(limit.word for limit in kind.limits))}"):
+            kind.certify(body, tallies)
     return LimitReport(
         readings=tuple(_readings(body, tallies)),
         places={name: tally.places() for name, tally in tallies.items()},

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from pneumorph.atomic import publish
+from pneumorph.doing import doing
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, check_mesh, check_step
@@ -118,20 +119,26 @@ def _make(
 ) -> MadeFiles:
     """See `make`; in a folder that nobody else writes in."""
     # First, so that a chord error that is too small is refused before anything is written.
-    parts = {"body": triangulate(body.surfaces, chord)}
-    parts |= {f"chamber {chamber.name}": triangulate([fill_chamber(chamber)], chord) for chamber in body.chambers}
+    with doing("triangulating the surfaces"):
+        parts = {"body": triangulate(body.surfaces, chord)}
+        parts |= {f"chamber {chamber.name}": triangulate([fill_chamber(chamber)], chord) for chamber in body.chambers}
     step, mesh, plain = folder / "body.step", folder / "body.3mf", folder / "body.stl"
     cores = {folder / f"chamber_{chamber.name}.step": chamber for chamber in body.chambers}
-    write_body_step(body, step)
-    for path, chamber in cores.items():
-        write_chamber_step(chamber, path)
-    write_3mf(mesh, parts)
-    write_stl(plain, parts["body"])
-    checks = [*check_step(step, body.surfaces)]
-    for path, chamber in cores.items():
-        checks += check_step(path, [fill_chamber(chamber)])
-    for path in (mesh, plain):
-        checks += check_mesh(path, body.surfaces, chord)
+    with doing("writing the body and its chambers"):
+        write_body_step(body, step)
+        for path, chamber in cores.items():
+            write_chamber_step(chamber, path)
+        write_3mf(mesh, parts)
+        write_stl(plain, parts["body"])
+    with doing("checking the files of the body") as far:
+        far(step.name)
+        checks = [*check_step(step, body.surfaces)]
+        for path, chamber in cores.items():
+            far(path.name)
+            checks += check_step(path, [fill_chamber(chamber)])
+        for path in (mesh, plain):
+            far(path.name)
+            checks += check_mesh(path, body.surfaces, chord)
     report = folder / "checks.json"
     report.write_text(as_json(checks), encoding="utf-8")
     files = [step, *cores, mesh, plain]

@@ -1,6 +1,7 @@
 """The design loop: proxy, sub-problem, trust region (the paper's Sections V and VI)."""
 
 from pneumorph.optimize.events import (
+    BegunBeyond,
     BegunLower,
     BroughtWithin,
     DesignAccepted,
@@ -15,6 +16,7 @@ from pneumorph.optimize.loop import design, optimise
 from pneumorph.optimize.setup import Setup, build_setup, setup_among
 
 __all__ = [
+    "BegunBeyond",
     "BegunLower",
     "BroughtWithin",
     "DesignAccepted",

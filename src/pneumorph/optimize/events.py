@@ -43,6 +43,13 @@ class BegunLower:
 
 
 @dataclass(frozen=True)
+class BegunBeyond:
+    """States of the start violate limits, which designs reduce first; one sentence for each."""
+
+    violated: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Remeshed:
     """The body, or the `part` of it that is analysed, was remeshed; `reason` is a sentence."""
 
@@ -116,4 +123,14 @@ class Finished:
     fields: Fields
 
 
-Event = Started | BroughtWithin | BegunLower | Remeshed | MeshKept | DesignRejected | DesignAccepted | Finished
+Event = (
+    Started
+    | BroughtWithin
+    | BegunLower
+    | BegunBeyond
+    | Remeshed
+    | MeshKept
+    | DesignRejected
+    | DesignAccepted
+    | Finished
+)

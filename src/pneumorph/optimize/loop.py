@@ -150,5 +150,5 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
         rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
         with doing("the error of the mesh"):
             mesh = finest_motions(setup.problem, last.disc, last.analysis)
-    ahead = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
+        ahead = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
     return Finished(last.number, why, last.feasible, is_stable, rates, ahead, mesh, fields)

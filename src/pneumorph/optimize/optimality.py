@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
+from pneumorph.doing import doing
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.optimize.least_motion import least_motion
@@ -16,6 +17,7 @@ ACTIVE = 0.01
 """Limits this close to their bounds, as fractions of these, count as active."""
 
 
+@doing("testing whether the design is optimal")
 def optimality(
     space: DesignSpace,
     smooth: Smoothing,

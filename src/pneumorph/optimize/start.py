@@ -8,18 +8,26 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation, analyse, analyse_start, checkpoint
+from pneumorph.doing import doing
 from pneumorph.errors import Hopeless, MeshError
+from pneumorph.limits.report import LimitReading, LimitReport
+from pneumorph.limits.table import BY_NAME
 from pneumorph.optimize.buckling import judge, unpack_at_rest
 from pneumorph.optimize.clock import Clock
-from pneumorph.optimize.events import BegunLower, BroughtWithin, Event
+from pneumorph.optimize.events import BegunBeyond, BegunLower, BroughtWithin, Event
 from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate, unpack_learnt
 from pneumorph.optimize.model import no_curvature
+from pneumorph.optimize.prospects import shortfalls, words
 from pneumorph.optimize.setup import Setup
 from pneumorph.optimize.within import Within
-from pneumorph.problem import Problem
+from pneumorph.problem import Limits, Problem
 
 LOWER = (0.75, 0.5, 0.25, 0.0)
 """Shares of the designed pressures above their lower bounds with which a start begins that has no state at them."""
+
+
+AT_BOUND = 0.01
+"""A limit that is satisfied by less than this part of its bound is in the way."""
 
 
 def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
@@ -28,8 +36,8 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
     Raises
     ------
     Hopeless
-        If no design near it satisfies the limits, it cannot be meshed, it has no equilibrium, or it does not touch
-        what it is to press on.
+        If no design near it satisfies the limits, its states are too far beyond theirs, it cannot be meshed, it has no
+        equilibrium, or it does not touch what it is to press on.
     """
     problem, space = setup.problem, setup.space
     with clock.phase("geometry"):
@@ -53,7 +61,10 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
     with clock.phase("equilibrium"):
         lateral = judge(disc, analysis, {})
     learnt = Learnt(setup.stepper, no_curvature(space.n), 1.0, ())
-    return evaluate(setup, 0, AnalysedDesign(analysis, disc, feasible.report, lateral), learnt, clock)
+    begun = evaluate(setup, 0, AnalysedDesign(analysis, disc, feasible.report, lateral), learnt, clock)
+    if found := shortfalls(setup, disc, analysis, begun.states):
+        yield BegunBeyond(tuple(words(setup, each) for each in found))
+    return begun
 
 
 def _at_lower_pressures(setup: Setup, disc: Discretisation, phi: np.ndarray) -> Analysis | None:
@@ -82,6 +93,7 @@ def _require_contact(problem: Problem, disc: Discretisation, analysis: Analysis)
             )
 
 
+@doing("bringing the start within its limits")
 def begin_within(setup: Setup) -> tuple[Within, BroughtWithin | None]:
     """The starting design, moved to satisfy the limits if it violates any.
 
@@ -96,15 +108,37 @@ def begin_within(setup: Setup) -> tuple[Within, BroughtWithin | None]:
         return Within(asked, before), None
     feasible = setup.within(asked)
     if not isinstance(feasible, Within):
-        violated = "; ".join(map(str, feasible.violated()))
-        raise Hopeless(
-            f"the start violates limits that no design near it satisfies together: {violated}; relax one of them, or "
-            "change the body"
-        )
+        raise Hopeless(_conflict(feasible))
     moved = float(np.abs(feasible.phi - asked).max())
     return feasible, BroughtWithin(tuple(map(str, before.violated())), moved)
 
 
+def _conflict(report: LimitReport) -> str:
+    """Which limits the nearest design that was found violates, by how much, and which ones are in the way."""
+    violated = report.violated()
+    beyond = "; ".join(f"{_key(each)} by {_percent(each)}, {each}" for each in violated)
+    keys = {_key(each) for each in violated}
+    near = dict.fromkeys(_key(each) for each in report.readings if each.excess() > -AT_BOUND)
+    stopped = [key for key in near if key not in keys]
+    also = f"; at the bound of {' and '.join(stopped)}, which stops it" if stopped else ""
+    return (
+        "no design near the start satisfies its limits together; the nearest that was found violates "
+        f"{beyond}{also}; relax one of them, or begin with a body that is nearer to them"
+    )
+
+
+def _key(reading: LimitReading) -> str:
+    """The key of a limit, or its word where it follows from others."""
+    word = BY_NAME[reading.limit].word
+    return f"limits.{word}" if word in Limits.model_fields else word
+
+
+def _percent(reading: LimitReading) -> str:
+    """How far a limit is violated."""
+    return f"{100 * reading.excess():.2g} %" if reading.bound else f"{reading.excess():.2g} mm"
+
+
+@doing("restoring the last design")
 def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
     """The iterate whose checkpoint was stored when it was accepted.
 

@@ -20,6 +20,7 @@ from pneumorph.analysis import (
     strain_shares,
     strain_slopes,
 )
+from pneumorph.doing import doing
 from pneumorph.geometry import DesignSpace
 from pneumorph.limits.kinds.states import MARGIN, MOTIONS, PER_KPA, SENSITIVITIES, STRAIN, of_tasks
 from pneumorph.limits.limit import ROUNDING, Limit
@@ -153,7 +154,7 @@ def no_states(variables: int) -> StateLimits:
     return StateLimits(np.zeros(0), np.zeros((0, variables)), (), ())
 
 
-def _limited(problem: Problem) -> Iterator[tuple[Limit, Limited, StateKind]]:
+def limited(problem: Problem) -> Iterator[tuple[Limit, Limited, StateKind]]:
     """The limits of a problem on the states of its tasks: as they are called, where they hold, and what they are."""
     for kind in KINDS:
         for limit, bound, tasks in of_tasks(kind.limit, problem):
@@ -182,8 +183,9 @@ def linear_states(
         How it stands lateral motions.
     """
     states = no_states(space.n)
-    for limit, of, kind in _limited(problem):
-        value, slope = kind.slopes(space, disc, analysis, of)
+    for limit, of, kind in limited(problem):
+        with doing(f"limits.{limit.name}"):
+            value, slope = kind.slopes(space, disc, analysis, of)
         states = StateLimits(
             np.concatenate([states.value, limit.sign * (value / of.bound - 1.0)]),
             np.concatenate([states.jacobian, limit.sign * slope / of.bound]),
@@ -200,7 +202,7 @@ def linear_states(
 def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> tuple[float, str]:
     """The largest c of an analysed design, −∞ without a limit, and the name of that limit."""
     worst, name = -np.inf, ""
-    for limit, of, kind in _limited(problem):
+    for limit, of, kind in limited(problem):
         excess = max(limit.excess(value, of.bound) for value in kind.values(disc, analysis, of).values())
         if excess > worst:
             worst, name = excess, limit.name

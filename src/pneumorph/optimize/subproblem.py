@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from pneumorph.doing import counted
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.limits.table import ROWS
@@ -101,6 +102,7 @@ class SequentialQuadratic:
         weight = 1.0 / np.sqrt(np.maximum(np.abs(states.jacobian).mean(axis=1), 1e-12))
         of_states, known, on_states = weight[:, None] * states.jacobian, weight * states.excess, np.zeros(len(weight))
         for number in range(PROGRAM.programs):
+            counted("program")
             room = PROGRAM.narrowing**number * radius
             change = self.smooth.apply(z)
             linear = linear_limits(space, self.limits, phi + change, PROGRAM.approach * room, PROGRAM.least, places)

@@ -7,11 +7,12 @@ the control points alone, so this costs no equilibrium.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.doing import doing
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.certify.places import Places, Points, joined, together
 from pneumorph.limits.of_shape import ShapeLimits
@@ -41,7 +42,7 @@ def within(
     reach: float = np.inf,
     settings: RepairSettings = REPAIR,
 ) -> Within | LimitReport:
-    """The design nearest to Φ, in the metric of smooth steps, that satisfies every limit; else the last try's report.
+    """The design nearest to Φ, in the metric of smooth steps, that satisfies every limit; else the best try's report.
 
     No variable moves farther than `reach`. Points between samples where the certificate finds a limit violated become
     samples; where that is not enough, margins grow.
@@ -58,16 +59,32 @@ def within(
         mm.
     settings : RepairSettings
     """
+    with doing("moving surfaces within their limits") as far:
+        return _within(space, smooth, limits, phi, reach, settings, far)
+
+
+def _within(
+    space: DesignSpace,
+    smooth: Smoothing,
+    limits: ShapeLimits,
+    phi: np.ndarray,
+    reach: float,
+    settings: RepairSettings,
+    far: Callable[[str], None],
+) -> Within | LimitReport:
+    """What `within` does; `far` is told how far it is."""
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
     search = _Search(space, smooth, limits, settings, lower, upper)
     margins, violated = MARGIN.copy(), None
     phi, places = search.nearest(phi, margins, None, None)
-    report = limits.certify(space.body(phi))
+    report = best = limits.certify(space.body(phi))
     least, stuck = np.inf, 0
-    for _ in range(1, settings.certificates):
+    for tries in range(1, settings.certificates):
         if report.satisfied():
             break
-        worst = max(reading.excess() for reading in report.violated())
+        worst = _worst(report)
+        far(f"a limit is {100 * worst:.2g} % beyond its bound after try {tries} of {settings.certificates}")
+        best = report if worst <= _worst(best) else best
         progress = worst < settings.progress * least or worst < settings.slight
         least, stuck = (worst, 0) if progress else (least, stuck + 1)
         if worst > settings.hopeless or stuck == settings.certificates_in_vain:
@@ -86,7 +103,12 @@ def within(
                 margins[[BY_NAME[name].word == limit.word for name in ROWS]] += min(short, settings.widest)
         phi, places = search.nearest(phi, margins, places, violated)
         report = limits.certify(space.body(phi))
-    return Within(phi, report) if report.satisfied() else report
+    return Within(phi, report) if report.satisfied() else min(best, report, key=_worst)
+
+
+def _worst(report: LimitReport) -> float:
+    """The largest excess of a limit."""
+    return max(reading.excess() for reading in report.readings)
 
 
 @dataclass(frozen=True, eq=False)

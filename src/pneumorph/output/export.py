@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pneumorph.atomic import write_bytes
 from pneumorph.errors import ProblemError
-from pneumorph.mechanics import configure, guided_of, loads_of, model_of
+from pneumorph.mechanics import configure, enclosed_of, guided_of, loads_of, model_of
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh import TetMesh
 from pneumorph.output.formats.abaqus import abaqus_input
@@ -68,7 +68,8 @@ def _text(format: str, problem: Problem, mesh: TetMesh, pressures: Mapping[str, 
     model = model_of(problem, mesh)
     under = acting(problem, next((each for each in problem.task if each.name == task), None))
     given = loads_of(problem, model, dict(pressures), under=under)
-    at = configure(model, mesh.points, given, guided_of(problem, under))
+    volumes = next((each.volumes for each in problem.task if each.name == task), {})
+    at = configure(model, mesh.points, given, guided_of(problem, under), enclosed_of(problem, volumes))
     match format:
         case "feb":
             return febio_input(mesh, at)

@@ -52,8 +52,9 @@ def run_pictures(run: RunDirectory) -> Pictures:
     history, paths = accepted(run), list[Path]()
     parts, missing = _bodies(folder, run, history)
     # Another process draws the bodies while this one draws the diagrams.
-    with doing("drawing the pictures"), Drawing([part.job for part in parts.values()]) as drawing:
+    with doing("drawing the pictures") as far, Drawing([part.job for part in parts.values()]) as drawing:
         for name, figure in _plots(run, history):
+            far(name)
             # Its layout is the same in every format, and found once.
             figure.draw_without_rendering()
             figure.set_layout_engine(None)
@@ -61,7 +62,10 @@ def run_pictures(run: RunDirectory) -> Pictures:
                 paths.append(folder / f"{name}.{suffix}")
                 save(figure, paths[-1])
         try:
+            # What is drawn is waited for.
+            far("bodies")
             for (path, part), pictures in zip(parts.items(), drawing.images(), strict=True):
+                far(path.name)
                 if isinstance(part, Film):
                     save_gif(path, part.frames(pictures))
                 else:

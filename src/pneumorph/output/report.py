@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph.atomic import write_bytes
+from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.limits.of_shape import limits_of
@@ -23,6 +24,7 @@ PAGE = "page/report.html"
 """The page without a run, as `web/build.js` makes it."""
 
 
+@doing("writing the page")
 def write_report(run: RunDirectory, path: Path | None = None) -> Path:
     """Write the page of a run with at least one design, which may be still running or have failed; see `Run.report`."""
     path = run.path / "report.html" if path is None else Path(path)

@@ -9,6 +9,7 @@ from typing import Any
 
 import tomli_w
 
+from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.output.report import facts_and_shapes, finished, page_of, save_page
 from pneumorph.output.report_shapes import MOST_NUMBERS
@@ -28,6 +29,7 @@ def member_paths(folder: Path) -> list[Path]:
     return sorted(path.parent for path in folder.glob("*/problem.toml"))
 
 
+@doing("writing the page")
 def write_study_page(folder: Path, members: Sequence[RunDirectory], path: Path | None = None) -> Path:
     """Write the page of a study, by default as ``report.html`` in its directory.
 

@@ -21,11 +21,14 @@ LARGEST = 1e100
 
 Record = TypeVar("Record", bound="DataclassInstance")
 
+RARE = ("region_stretches", "reinforcements", "self_intersecting", "buckled_MPa", "holds", "limit_MPa", "gas_mm3")
+"""Keys that are left out of files where they are empty."""
+
 
 def to_json(record: Any) -> dict[str, Any]:
     """A record as a JSON object: plain values by their keys, null for NaN and infinity."""
     content = {each.metadata.get("key", each.name): _plain(getattr(record, each.name)) for each in fields(record)}
-    for key in ("region_stretches", "reinforcements", "self_intersecting", "buckled_MPa", "holds", "limit_MPa"):
+    for key in RARE:
         if not content.get(key, True):
             del content[key]
     if isinstance(record, TaskResult) and not record.contact:

@@ -53,6 +53,8 @@ class TaskResult:
         Displacements and rotation vectors of free obstacles from their places.
     self_intersecting : bool
         Whether the deformed body intersects itself: without self-contact a design may that did so from the start.
+    gas : {chamber: mm³}
+        The gas in chambers that are sealed with some, as its volume at 101.325 kPa, absolute.
     """
 
     pressures: Pressures = field(metadata={"key": "pressure_MPa"})
@@ -73,6 +75,7 @@ class TaskResult:
     pose_translations: Mapping[str, Vector] = field(metadata={"key": "pose_mm"}, default_factory=dict)
     pose_rotations: Mapping[str, Vector] = field(metadata={"key": "pose_rad"}, default_factory=dict)
     self_intersecting: bool = False
+    gas: Mapping[str, float] = field(metadata={"key": "gas_mm3"}, default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -286,6 +289,8 @@ class SweepStep:
     limit : {chamber: MPa}
         The last pressures to which states could be followed, in the first step without an equilibrium, where they are
         known; else empty.
+    gas : {chamber: mm³}
+        As in `TaskResult`.
     """
 
     task: str
@@ -313,3 +318,4 @@ class SweepStep:
     buckled: Mapping[str, float] = field(metadata={"key": "buckled_MPa"}, default_factory=dict)
     holds: Mapping[str, float] = field(default_factory=dict)
     limit: Mapping[str, float] = field(metadata={"key": "limit_MPa"}, default_factory=dict)
+    gas: Mapping[str, float] = field(metadata={"key": "gas_mm3"}, default_factory=dict)

@@ -143,13 +143,19 @@ def with_border(at: Configuration, tangent: Tangent, state: State, solved: np.nd
     """
     if at.enclosed is None:
         return solved, np.zeros((len(solved), *at.X.shape))
-    model, rows = at.model, at.enclosed.rows(at.model)
     border = border_at(at, tangent, state)
     q = np.linalg.solve(border.schur, border.push.T @ solved.T).T
+    return solved + q @ border.along.T, volumes_by_shape(at, state, q)
+
+
+def volumes_by_shape(at: Configuration, state: State, q: np.ndarray) -> np.ndarray:
+    """q·∂(V − v)/∂X (m, N, 3) for q (m, k), where chambers are sealed or filled to a volume."""
+    assert at.enclosed is not None
+    model, rows = at.model, at.enclosed.rows(at.model)
     pressure = np.asarray(at.loads.pressure)[rows]
     now, before = (volume_slopes(model, at.X, each)[0][rows] for each in (state, rest(model)))
     by_X = now - at.enclosed.by_rest(pressure)[:, None, None] * before
-    return solved + q @ border.along.T, np.tensordot(q, by_X, axes=1)
+    return np.tensordot(q, by_X, axes=1)
 
 
 def by_known(at: Configuration, by_pressure: np.ndarray) -> np.ndarray:

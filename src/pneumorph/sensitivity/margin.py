@@ -2,17 +2,23 @@
 
 At a limit point the tangent K has a null vector w, which is also its left one. Along a change of shape or loads the
 limit point stays on the path of equilibria, so wᵀ(∂R/∂X dX + ∂R/∂λ dλ) = 0: the derivatives of λ need no further solve.
+
+Pressures of chambers that are filled or sealed are not scaled: what is filled in, or the gas, stays. The null vector is
+that of the bordered tangent then, and its part q of these pressures adds −q·∂(V − v)/∂X, as in `adjoint`.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, State, Tangent, follow
 from pneumorph.mechanics.assembly import products
+from pneumorph.mechanics.solve.filled import border_at, given_pressures
+from pneumorph.sensitivity.adjoint import by_known, volumes_by_shape
 
 BEYOND = 1.25
 """Multiple of the bound up to which a path is followed; a body without a limit point up to there is far from it."""
@@ -25,16 +31,19 @@ class Margin:
     Attributes
     ----------
     load : float
-        λ, its pressures over the working ones; where the path was followed without one, the last λ.
+        λ, its given pressures over the working ones; where the path was followed without one, the last λ.
     state : State or None
         Its state; None where there is none, and the derivatives are zero.
     estimate : float
         The estimate of λ because of which the path was followed or not, or a bound from that of a design before.
+    pressures : {chamber: MPa}
+        There; empty without a state.
     """
 
     load: float
     state: State | None
     estimate: float = math.inf
+    pressures: Mapping[str, float] = field(default_factory=dict)
 
 
 def find_margin(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, bound: float) -> Margin:
@@ -58,26 +67,36 @@ def find_margin(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, b
         return far
     if not path.limits:
         return Margin(min(path.points[-1].load, far.load), None)
-    return Margin(path.limits[0].load, path.limits[0].equilibrium.state)
+    limit = path.limits[0]
+    return Margin(limit.load, limit.equilibrium.state, pressures=limit.pressures)
 
 
 def margin_slope(
     at: Configuration, tangent: Tangent, margin: Margin
 ) -> tuple[np.ndarray, dict[str, float], np.ndarray]:
     """dλ/dX (N, 3), dλ/dp by chamber for the working pressures p (1/MPa), and by sheets and fibres (R, 2)."""
-    model, working = at.model, np.asarray(at.loads.pressure)
+    model, working = at.model, given_pressures(at)
     if margin.state is None:
         return np.zeros(at.X.shape), dict.fromkeys(model.chambers, 0.0), np.zeros(np.shape(at.loads.reinforcement))
-    there = replace(at, loads=at.loads._replace(pressure=margin.load * working))
+    pressure = np.array([margin.pressures[name] for name in model.chambers])
+    there = replace(at, loads=at.loads._replace(pressure=pressure))
     tangent.factorise(there, margin.state)
+    border = None if at.enclosed is None else border_at(there, tangent, margin.state)
     # Inverse iterations: the eigenvalue is tiny, so each adds many digits.
     vector = np.where(at.constrained, 0.0, np.random.default_rng(0).normal(size=model.size))
+    below = 0.0 if border is None else np.zeros(len(border.schur))
     for _ in range(3):
         vector = np.where(at.constrained, 0.0, tangent.precondition(vector))
-        vector /= np.linalg.norm(vector)
+        if border is not None:
+            both = border.solution(vector, below)
+            vector, below = both[: model.size], both[model.size :]
+        size = np.linalg.norm(vector)
+        vector, below = vector / size, below / size
     w = model.state(vector)
     ((shape, acting),) = products.pullback(model.potential, at.X, margin.state, there.loads, [w])
-    by_pressure = np.asarray(acting.pressure)
+    if border is not None:
+        shape = shape - volumes_by_shape(there, margin.state, np.asarray(below)[None])[0]
+    by_pressure = by_known(at, np.asarray(acting.pressure))
     rise = float(by_pressure @ working)
     pressures = dict(zip(model.chambers, -margin.load * by_pressure / rise, strict=True))
     by_reinforcement = -np.asarray(acting.reinforcement) / rise

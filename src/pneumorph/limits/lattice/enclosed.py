@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displaced
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
 from pneumorph.limits.lattice.neighbours import Links, balls, close_pairs
 from pneumorph.limits.lattice.rims import Rims
@@ -138,6 +139,7 @@ class EnclosedLattices:
         count = len(pieces.patch)
         upper, attained, at = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros((count, 3))
         for level in range(LEVELS + 1):
+            stop_if_asked()
             above, values = bounds(pieces)
             best = values.argmax(axis=1)
             here = values[np.arange(len(best)), best]
@@ -223,6 +225,7 @@ class EnclosedLattices:
             low, high = np.minimum(starts[i], starts[j]), np.maximum(ends[i], ends[j])
             bends[known] = self.surfaces[first].bends_over(low[known], high[known])
         for level in range(LEVELS + 1):
+            stop_if_asked()
             (here, small), (there, large) = balls(one.x), balls(other.x)
             small, large = small + one.error, large + other.error
             least = np.linalg.norm(here[i] - there[j], axis=1) - small[i] - large[j]

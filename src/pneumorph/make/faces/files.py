@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.doing import doing
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
 from pneumorph.make.checks import Check, check_triangles
@@ -51,7 +52,8 @@ def make_faces(problem: Problem, body: Body[LatticeSurface], folder: Path, chord
 
 def _make(problem: Problem, body: Body[LatticeSurface], folder: Path, chord: float) -> MadeFiles:
     """See `make_faces`; in a folder that nobody else writes in."""
-    pieces = triangulated(body, chord)
+    with doing("triangulating the faces"):
+        pieces = triangulated(body, chord)
     whole = Triangles(pieces[0].points, np.concatenate([each.corners for each in pieces]))
     open_ = {each.name for each in problem.body.chamber if getattr(each, "port", None) is not None}
     closed = [number for number, each in enumerate(body.chambers) if each.name not in open_]
@@ -63,14 +65,16 @@ def _make(problem: Problem, body: Body[LatticeSurface], folder: Path, chord: flo
     volume = volume_within(body.surfaces)
     assert problem.solid is not None
     if problem.solid.format in EXACT:
-        made = displaced_solid(problem, body)
+        with doing("fitting splines to the faces"):
+            made = displaced_solid(problem, body)
         step = folder / "body.step"
         write_step({"body": made.shape}, step)
         files.append(step)
         checks.append(
             Check(step.name, "deviation of faces and edges from the displaced ones", made.deviation, DEVIATION, "mm")
         )
-        checks += check_solid(step, body.surfaces, made.shells, volume)
+        with doing("checking the solid"):
+            checks += check_solid(step, body.surfaces, made.shells, volume)
         for name, core in made.inner.items():
             path = folder / f"chamber_{name}.step"
             write_step({f"chamber {name}": core}, path)
@@ -81,8 +85,9 @@ def _make(problem: Problem, body: Body[LatticeSurface], folder: Path, chord: flo
     mesh, plain = folder / "body.3mf", folder / "body.stl"
     write_3mf(mesh, parts)
     write_stl(plain, parts["body"])
-    for path in (mesh, plain):
-        checks += check_triangles(path, points, volume, chord)
+    with doing("checking the triangles"):
+        for path in (mesh, plain):
+            checks += check_triangles(path, points, volume, chord)
     report = folder / "checks.json"
     report.write_text(as_json(checks), encoding="utf-8")
     return MadeFiles((*files, mesh, plain, report), tuple(checks))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from OCP.TopoDS import TopoDS_Shape
 
+from pneumorph.doing import doing
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check, validity
 from pneumorph.make.mould.bill import Item, bill, write_bill
@@ -62,21 +63,26 @@ def make_mould(
         If a file cannot be written.
     """
     rubber = problem.material
-    planned = plan(body, problem.make, problem.limits.wall, rubber.density)
+    with doing("planning the mould"):
+        planned = plan(body, problem.make, problem.limits.wall, rubber.density)
     told = effects(planned) if effects else []
-    made = pieces(planned)
+    with doing("making the pieces of the mould"):
+        made = pieces(planned)
     written, parts, checks = write_pieces(made, folder, chord)
     assembled, valid = write_assembly(
         {each.name: each.shape for each in made if each.role in ("mould", "core")}, folder
     )
-    checks += [valid, *proof(planned, parts, chord), *(effect.check(problem.make.port_effect) for effect in told)]
+    with doing("testing the mould"):
+        checks += [valid, *proof(planned, parts, chord), *(effect.check(problem.make.port_effect) for effect in told)]
     items = bill(planned, parts, rubber.name, rubber.density)
     sheet = folder / SHEET
     remarks = [*reinforcing(problem), *(effect.sentence for effect in told)]
-    write_sheet(planned, parts, items, remarks, problem.title or "Mould", sheet)
+    with doing("drawing the assembly"):
+        write_sheet(planned, parts, items, remarks, problem.title or "Mould", sheet)
     return (*written, assembled, sheet, *write_bill_and_pictures(planned, items, folder)), tuple(checks)
 
 
+@doing("writing the pieces of the mould")
 def write_pieces(made: Sequence[Piece], folder: Path, chord: float) -> tuple[list[Path], list[Part], list[Check]]:
     """Write every piece as STEP and 3MF; read the files, and check the former."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -103,6 +109,7 @@ def write_assembly(shapes: Mapping[str, TopoDS_Shape], folder: Path) -> tuple[Pa
     return path, validity(path.name, read_step(path))
 
 
+@doing("drawing the mould")
 def write_bill_and_pictures(plan: Plan, items: Sequence[Item], folder: Path) -> tuple[Path, ...]:
     """Write the bill, the thickness of the walls, and the picture of the mould where this machine can draw it."""
     table, walls, picture = (folder / name for name in ("bill.csv", "wall.png", "mould.png"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from pneumorph.doing import doing
 from pneumorph.geometry import Body
 from pneumorph.make.checks import Check
 from pneumorph.make.mould.bill import Item, bought, printed, weighed
@@ -46,18 +47,22 @@ def make_silicone_mould(
     OSError
         If a file cannot be written.
     """
-    planned = plan_silicone(body, problem.make, problem.limits.wall)
+    with doing("planning the moulds"):
+        planned = plan_silicone(body, problem.make, problem.limits.wall)
     changed = effects(planned) if effects else []
     sagging = sags(planned) if sags else []
-    made = pieces(planned)
+    with doing("making the pieces of the moulds"):
+        made = pieces(planned)
     written, parts, checks = write_pieces(made.pieces, folder, chord)
     assembled, valid = write_assembly(made.assembly, folder)
-    checks += [valid, *proof(planned, parts, chord)]
+    with doing("testing the moulds"):
+        checks += [valid, *proof(planned, parts, chord)]
     checks += [sag.check(problem.make.negative_sag) for sag in sagging]
     checks += [effect.check(problem.make.port_effect) for effect in changed]
     items = _bill(planned, parts, problem)
     sheet, told = folder / SHEET, [*reinforcing(problem), *(each.sentence for each in (*sagging, *changed))]
-    write_sheet(planned, parts, items, told, problem.title or "Silicone mould", sheet)
+    with doing("drawing the assembly"):
+        write_sheet(planned, parts, items, told, problem.title or "Silicone mould", sheet)
     return (*written, assembled, sheet, *write_bill_and_pictures(planned, items, folder)), tuple(checks)
 
 

@@ -27,6 +27,9 @@ from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.elements import sums
 from pneumorph.mechanics.elements.kinematics import State
 
+STANDARD = 0.101325
+"""Absolute pressure at which amounts of gas are told, MPa: that of the standard atmosphere."""
+
 
 @dataclass(frozen=True, eq=False)
 class Enclosed:
@@ -85,6 +88,15 @@ class Enclosed:
     def _ratio(self, pressure: np.ndarray) -> np.ndarray:
         ratio = (self.filling + self.atmosphere) / np.maximum(pressure + self.atmosphere, 1e-9 * self.atmosphere)
         return ratio ** (1.0 / self.exponent)
+
+
+def amounts(model: Model, X: np.ndarray, given: Enclosed | None) -> dict[str, float]:
+    """The gas in chambers that are sealed with some, as its volume in mm³ at `STANDARD` pressure."""
+    if given is None:
+        return {}
+    at_rest = model.copies * volumes_of(model, X, model.state(np.zeros(model.size)))[given.rows(model)]
+    volumes = at_rest * (given.filling + given.atmosphere) / STANDARD
+    return {name: float(volumes[k]) for k, name in enumerate(given.chambers) if given.gas[k]}
 
 
 def volumes_of(model: Model, X: np.ndarray, state: State) -> np.ndarray:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, sparse
 
+from pneumorph.doing import counted
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.enclosed import Enclosed
@@ -286,6 +287,7 @@ class Tangent:
             raise TooCostly
         stop_if_asked()
         self.origin = None
+        counted("factorisation")
         self._factor.refactorise(data)
         self.factorisations += 1
         self.origin = origin

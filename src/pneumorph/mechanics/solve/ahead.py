@@ -11,6 +11,7 @@ quotient: two back-solves with the tangent's factorisation, and three residuals.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State, deformation_gradients
 from pneumorph.mechanics.solve.balance import places, residual_at, supported
+from pneumorph.mechanics.solve.filled import border_at, given_pressures, missing_volumes
 from pneumorph.mechanics.solve.prediction import ENOUGH
 
 STEP = 1e-5
@@ -39,16 +41,28 @@ def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
     state : State
         Its equilibrium.
     """
-    pressure, vector = np.asarray(at.loads.pressure), at.model.vector(state)
+    vector, size = at.model.vector(state), at.model.size
+    border = None if at.enclosed is None else border_at(at, tangent, state)
     along = tangent.solve_at(at, state, supported(at, _pressure_force(at, state)), ENOUGH)
+    # By λ, what the pressures change by: those of enclosed chambers follow.
+    rise = given_pressures(at)
+    if border is not None:
+        along = border.solution(along)
+        rise[at.enclosed.rows(at.model)] = along[size:]
+        along = along[:size]
     small = _small(at, vector, along)
 
-    def residual(share: float) -> np.ndarray:
-        there = replace(at, loads=at.loads._replace(pressure=(1.0 + share) * pressure))
-        return residual_at(there, vector + share * along)
+    def there(share: float) -> Configuration:
+        return replace(at, loads=at.loads._replace(pressure=np.asarray(at.loads.pressure) + share * rise))
 
-    bent = (residual(small) - 2.0 * residual(0.0) + residual(-small)) / small**2
-    curved = -tangent.solve_at(at, state, supported(at, bent), ENOUGH)
+    def second(of: Callable[[float], np.ndarray]) -> np.ndarray:
+        return (of(small) - 2.0 * of(0.0) + of(-small)) / small**2
+
+    bent = second(lambda share: residual_at(there(share), vector + share * along))
+    curved = tangent.solve_at(at, state, supported(at, -bent), ENOUGH)
+    if border is not None:
+        short = second(lambda share: missing_volumes(there(share), at.model.state(vector + share * along)))
+        curved = border.solution(curved, -short)[:size]
     before, here, after = (
         _strains(at, vector + share * along + 0.5 * share**2 * curved) for share in (-small, 0.0, small)
     )
@@ -58,8 +72,9 @@ def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
 
 
 def _pressure_force(at: Configuration, state: State) -> np.ndarray:
-    """f (n,), of the terms that know of pressures."""
-    outer, still = kernels.without_solid(at.model.potential), at.loads._replace(pressure=0.0 * at.loads.pressure)
+    """f (n,) of the pressures that are given, of the terms that know of pressures."""
+    outer = kernels.without_solid(at.model.potential)
+    still = at.loads._replace(pressure=np.asarray(at.loads.pressure) - given_pressures(at))
     with_pressure, without = (
         at.model.vector(kernels.value_and_residual(outer, at.X, state, loads)[1]) for loads in (at.loads, still)
     )

@@ -2,14 +2,19 @@
 
 The state and the pressures are unknowns together, so that states are found on both sides of a limit point, where the
 pressure falls while the volume grows. What is filled in is raised in adaptive steps together with all other loads.
+
+Corrections of both would lead through surfaces that touch. There the state is found at given pressures, which is stable
+where it does not balloon, and Newton's method finds the pressures whose volumes are those asked for.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pneumorph.doing import doing
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.enclosed import Enclosed, volume_slopes, volumes_of
 from pneumorph.mechanics.assembly.linear import SingularMatrix
@@ -20,6 +25,7 @@ from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
     applied_force,
     free_share,
+    free_way,
     held,
     length,
     residual_at,
@@ -37,6 +43,12 @@ MOST_CORRECTIONS, CONTRACTION = 15, 0.3
 
 EXACT_VOLUME = 1e-10
 """Error of a volume, relative to that at rest, that counts as none."""
+
+NEAR_VOLUME, MOST_PRESSURES = 1e-3, 12
+"""The same from which on corrections of state and pressures together are tried again, and most pressures in a step."""
+
+Search = Callable[[Configuration, Tangent, State, float], tuple[State, float] | str]
+"""Finds a stable state at given pressures, see `equilibrium.find_near`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +78,7 @@ def fill(
     state: State,
     tolerance: float,
     first: float = FIRST,
+    search: Search | None = None,
 ) -> Filled | str:
     """The equilibrium of a configuration with enclosed chambers, from one of another, or why there is none.
 
@@ -83,32 +96,104 @@ def fill(
         Residual over the applied force.
     first : float
         The first step, as a part of the way.
+    search : Search, optional
+        Where surfaces touch.
     """
+    with doing("filling chambers") as far:
+        return _filled(at, tangent, begin, state, tolerance, first, search, far)
+
+
+def _filled(
+    at: Configuration,
+    tangent: Tangent,
+    begin: Configuration,
+    state: State,
+    tolerance: float,
+    first: float,
+    search: Search | None,
+    far: Callable[[str], None],
+) -> Filled | str:
+    """`fill`; `far` is told how far it has come."""
     own, before = _enclosed(at), _enclosed(begin)
     rows, step, reached = own.rows(at.model), first, 0.0
     last = Filled(begin, at.model.vector(state), 0.0)
     ahead: tuple[np.ndarray, np.ndarray] | None = None
     while reached < 1.0:
         fraction = min(1.0, reached + step)
-        loads = type(at.loads)(*(one + fraction * (two - one) for one, two in zip(begin.loads, at.loads, strict=True)))
-        X = at.X if at.X is begin.X else begin.X + fraction * (at.X - begin.X)
-        part = replace(at, X=X, loads=loads, enclosed=before.towards(own, fraction))
+        far(f"{100 * fraction:.3g} %")
+        part = _part_way(begin, at, before.towards(own, fraction), fraction)
         vector, pressure = last.vector, np.asarray(last.at.loads.pressure)[rows]
         if ahead is not None:
             vector, pressure = vector + step * ahead[0], pressure + step * ahead[1]
+        if at.model.contact is not None:
+            free = free_way(last.at, last.state, part, at.model.state(vector))
+            if free < 1.0:
+                # What an obstacle presses on goes along with it.
+                fraction, vector = reached + free * (fraction - reached), last.vector + free * (vector - last.vector)
+                part = _part_way(begin, at, before.towards(own, fraction), fraction)
         try:
             found = _corrected(part, tangent, last, vector, pressure, tolerance)
+            if found is None and search is not None:
+                found = _by_pressures(part, tangent, vector, pressure, tolerance, search)
         except SingularMatrix:
             found = None
         if found is None:
             step = min(step, fraction - reached) / 2
-            if step < SMALLEST:
+            # Without a way to go in parts, shorter ones are the same.
+            if step < SMALLEST or begin is at:
                 return f"no equilibrium was found beyond {reached:.3g} of what is filled in and of the loads"
             continue
         moved, rise = found.vector - last.vector, np.asarray(found.at.loads.pressure)[rows] - pressure_of(last, rows)
         ahead = moved / (fraction - reached), rise / (fraction - reached)
         last, reached, step = found, fraction, GROWTH * step
     return last
+
+
+def _part_way(begin: Configuration, at: Configuration, given: Enclosed, fraction: float) -> Configuration:
+    """A fraction of the way from one configuration to another, with what is given of the enclosed chambers there."""
+    loads = type(at.loads)(*(one + fraction * (two - one) for one, two in zip(begin.loads, at.loads, strict=True)))
+    X = at.X if at.X is begin.X else begin.X + fraction * (at.X - begin.X)
+    return replace(at, X=X, loads=loads, enclosed=given)
+
+
+def _by_pressures(
+    at: Configuration, tangent: Tangent, vector: np.ndarray, pressure: np.ndarray, tolerance: float, search: Search
+) -> Filled | None:
+    """The state and the pressures near a guess of both, from states at given pressures; None if these lead nowhere.
+
+    Parameters
+    ----------
+    at, tangent : what is solved.
+    vector, pressure : (n,) and (k,) the guess.
+    tolerance : relative residual of the states.
+    search : which finds them.
+    """
+    model, given, previous = at.model, _enclosed(at), np.inf
+    rows, copies = given.rows(model), model.copies
+    for _ in range(MOST_PRESSURES):
+        there = with_pressures(at, given, pressure)
+        answer = search(there, tangent, model.state(vector), tolerance)
+        if isinstance(answer, str):
+            return None
+        state, residual = answer
+        border = border_at(there, tangent, state)
+        short = (given.volumes(border.rest, pressure) - copies * volumes_of(model, at.X, state)[rows]) / copies
+        error = float(np.abs(short).max() * copies / border.rest.max())
+        found = Filled(there, model.vector(state), residual)
+        rise = np.linalg.solve(-border.schur, short)
+        change = border.along @ rise
+        free = free_share(there, found.vector, change)
+        vector, pressure = found.vector + free * change, pressure + rise
+        if error <= NEAR_VOLUME and free == 1.0:
+            both = _corrected(at, tangent, found, vector, pressure, tolerance)
+            if both is not None:
+                return both
+        if error <= max(EXACT_VOLUME, tolerance):
+            return found
+        if error > previous or np.any(given.gas & (pressure <= -given.atmosphere)):
+            return None
+        previous = error
+    return None
 
 
 def nearest_pressure(at: Configuration, state: State) -> np.ndarray:
@@ -212,8 +297,37 @@ class Border:
     rest: np.ndarray
     push: np.ndarray
 
+    def solution(self, x: np.ndarray, below: np.ndarray | float = 0.0) -> np.ndarray:
+        """x and q (n + k,) with K x − f q = a and −fᵀx + v′q = b, from K⁻¹a (n,) and b (k,)."""
+        q = np.linalg.solve(self.schur, below + self.push.T @ x)
+        return np.concatenate([x + self.along @ q, q])
 
-def border_at(at: Configuration, tangent: Tangent, state: State) -> Border:
+
+def given_pressures(at: Configuration) -> np.ndarray:
+    """The pressures (C,) in MPa of the chambers that have a given one; 0 of the others."""
+    pressure = np.array(at.loads.pressure, dtype=float)
+    if at.enclosed is not None:
+        pressure[at.enclosed.rows(at.model)] = 0.0
+    return pressure
+
+
+def volume_at_rest(at: Configuration) -> float:
+    """The largest volume at rest of the enclosed chambers, as far as they are meshed, mm³; 0 without any."""
+    if at.enclosed is None:
+        return 0.0
+    rows = at.enclosed.rows(at.model)
+    return float(volumes_of(at.model, at.X, at.model.state(np.zeros(at.model.size)))[rows].max())
+
+
+def missing_volumes(at: Configuration, state: State) -> np.ndarray:
+    """v − V (k,) in mm³ of what is meshed, at the pressures of a configuration with enclosed chambers."""
+    model, given = at.model, _enclosed(at)
+    rows = given.rows(model)
+    rest, now = (volumes_of(model, at.X, each)[rows] for each in (model.state(np.zeros(model.size)), state))
+    return given.volumes(model.copies * rest, np.asarray(at.loads.pressure)[rows]) / model.copies - now
+
+
+def border_at(at: Configuration, tangent: Tangent, state: State, last: bool = False) -> Border:
     """The border at an equilibrium, of which the tangent is factorised if it is not yet.
 
     Parameters
@@ -224,11 +338,14 @@ def border_at(at: Configuration, tangent: Tangent, state: State) -> Border:
         The linear solver of its model.
     state : State
         The equilibrium.
+    last : bool
+        Whether the last factorisation takes the place of the tangent.
     """
     model, given = at.model, _enclosed(at)
     rows, push = given.rows(model), _pushes(at, given, state)
     rest = model.copies * volumes_of(model, at.X, model.state(np.zeros(model.size)))[rows]
-    along = tangent.solve_at(at, state, push)
+    along = np.where(at.constrained[:, None], 0.0, tangent.precondition(push)) if last else None
+    along = tangent.solve_at(at, state, push) if along is None else along
     slopes = given.slopes(rest, np.asarray(at.loads.pressure)[rows]) / model.copies
     return Border(along, np.diag(slopes) - push.T @ along, rest, push)
 

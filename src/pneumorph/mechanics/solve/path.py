@@ -8,12 +8,15 @@ moving. So the arc length is prescribed and λ is found with the state, by Newto
     [ tᵀ   0 ] [dλ] = [ 0],   f = Σ p̂_c ∂V_c/∂x,
 
 with two back-solves with the factorised tangent K, for plain and mixed elements alike. t is the direction K⁻¹f of the
-path at the last point, with unit length in the displacements.
+path at the last point, with unit length in the displacements. Where chambers are filled or sealed, the bordered tangent
+takes the place of K (`filled.py`), and only the pressures that are given are scaled: what is filled in, or the gas,
+stays. So a limit point is one under the control that each chamber has.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +26,7 @@ from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.metrics import Metrics, metrics_after
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.material.energies import SMALLEST_RATIO
 from pneumorph.mechanics.solve.balance import (
     RUNAWAY_STRETCH,
@@ -34,7 +38,15 @@ from pneumorph.mechanics.solve.balance import (
     smallest_ratio,
     supported,
 )
-from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, in_words, read_off
+from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, in_words, read_off, settled
+from pneumorph.mechanics.solve.filled import (
+    EXACT_VOLUME,
+    border_at,
+    given_pressures,
+    missing_volumes,
+    volume_at_rest,
+    with_pressures,
+)
 from pneumorph.mechanics.solve.saddle import Iterate, metrics_along_step, reduced_with
 from pneumorph.mechanics.solve.search import solve
 
@@ -95,7 +107,8 @@ class Path:
 class _Place:
     """A point of the path and its direction there: dx/ds (n,), with unit length in the displacements, and dλ/ds.
 
-    `across` is dx/ds without the hydrostatic unknowns; it measures the distance along the path.
+    `across` is dx/ds without the hydrostatic unknowns; it measures the distance along the path. Pressures of enclosed
+    chambers follow the other unknowns, as if they were hydrostatic ones.
     """
 
     point: PathPoint
@@ -104,6 +117,11 @@ class _Place:
     direction: np.ndarray
     across: np.ndarray
     slope: float
+
+    @property
+    def unknowns(self) -> np.ndarray:
+        """Those of the state (n,), without the pressures of enclosed chambers."""
+        return self.vector[: self.at.model.size]
 
 
 def follow(
@@ -133,19 +151,38 @@ def follow(
     NoEquilibrium if there is no state without pressures to start from, or no pressure to raise.
     """
     began = time.perf_counter()
-    if not np.any(np.asarray(at.loads.pressure)):
+    if not np.any(given_pressures(at)):
         return NoEquilibrium("no chamber has a pressure that a path could follow", 0.0, None)
     reached, begins = (0.0, _loaded(at, 0.0)) if since is None else (1.0, at)
     begin = since or solve(begins, tangent)
     if isinstance(begin, NoEquilibrium):
         return begin
+    begins = begins if since is not None else settled(begins, begin)
     try:
         here = _place(at, begins, tangent, begin, reached, None)
     except SingularMatrix:
         return NoEquilibrium("the tangent where the path begins is singular", reached, begin)
+    with doing("following the path of equilibria to its limit pressure") as far:
+        return _followed(at, tangent, here, began, volume, load, first_limit, most, seconds, far)
+
+
+def _followed(
+    at: Configuration,
+    tangent: Tangent,
+    here: _Place,
+    began: float,
+    volume: float | None,
+    load: float | None,
+    first_limit: bool,
+    most: int,
+    seconds: float,
+    far: Callable[[str], None],
+) -> Path:
+    """`follow` from its first place on; `far` is told how far it has come."""
     places, limits = [here], []
     step = first = FIRST_RISE / here.slope
     while True:
+        far(f"point {len(places)} at {_in_words(at, here.point.load)}")
         reason = _ended(at, here, volume, load)
         if limits and first_limit:
             reason = "the pressures have reached their limit"
@@ -175,8 +212,7 @@ def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equ
 
     Where the path leads to a stable state at the full pressures after all, that state is returned.
     """
-    with doing("following the path of equilibria to its limit pressure"):
-        path = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=60.0)
+    path = follow(at, tangent, load=1.0, first_limit=True, most=40, seconds=60.0)
     if isinstance(path, NoEquilibrium):
         return failure
     last = path.points[-1]
@@ -215,7 +251,7 @@ def diagnose(at: Configuration, tangent: Tangent, failure: NoEquilibrium) -> Equ
 
 def _in_words(at: Configuration, load: float) -> str:
     """The pressures λ p̂ as text."""
-    return in_words(dict(zip(at.model.chambers, load * np.asarray(at.loads.pressure), strict=True)))
+    return in_words(dict(zip(at.model.chambers, load * given_pressures(at), strict=True)))
 
 
 def _beyond(at: Configuration) -> str:
@@ -226,8 +262,13 @@ def _beyond(at: Configuration) -> str:
     return "while the pressure falls" if np.all(pressures > 0.0) else "while pressure and vacuum weaken"
 
 
-def _loaded(at: Configuration, load: float) -> Configuration:
-    return replace(at, loads=at.loads._replace(pressure=at.loads.pressure * load))
+def _loaded(at: Configuration, load: float, enclosed: np.ndarray | None = None) -> Configuration:
+    """With λ p̂, and with the pressures (k,) of enclosed chambers."""
+    if at.enclosed is None or enclosed is None:
+        return replace(at, loads=at.loads._replace(pressure=at.loads.pressure * load))
+    return with_pressures(
+        replace(at, loads=at.loads._replace(pressure=given_pressures(at) * load)), at.enclosed, enclosed
+    )
 
 
 def _ended(at: Configuration, here: _Place, volume: float | None, load: float | None) -> str:
@@ -245,7 +286,7 @@ def _ended(at: Configuration, here: _Place, volume: float | None, load: float | 
 
 
 def _conjugate_volume(at: Configuration, equilibrium: Equilibrium) -> float:
-    pressure = np.asarray(at.loads.pressure)
+    pressure = given_pressures(at)
     volumes = np.array([equilibrium.volumes[name] for name in at.model.chambers])
     return float(pressure @ volumes / np.abs(pressure).max())
 
@@ -254,13 +295,14 @@ def _moving(at: Configuration) -> np.ndarray:
     """1 for the unknowns that measure the distance along the path, 0 for hydrostatic and constrained ones."""
     moving = np.where(at.constrained, 0.0, 1.0)
     moving[at.model.hydrostatic_unknowns] = 0.0
-    return moving
+    return moving if at.enclosed is None else np.append(moving, np.zeros(len(at.enclosed.chambers)))
 
 
-def _along(at: Configuration, tangent: Tangent, vector: np.ndarray) -> np.ndarray:
-    """dx/dλ = K⁻¹f with the last factorisation."""
-    push = pressure_force(at, at.model.state(vector), at.loads.pressure)
-    return tangent.precondition(supported(at, push))
+def _along(at: Configuration, here: Configuration, tangent: Tangent, state: State) -> np.ndarray:
+    """dx/dλ = K⁻¹f with the last factorisation, at the pressures of `here`."""
+    push = pressure_force(at, state, given_pressures(at))
+    along = tangent.precondition(supported(at, push))
+    return along if at.enclosed is None else border_at(here, tangent, state, last=True).solution(along)
 
 
 def _place(
@@ -274,12 +316,14 @@ def _place(
     """The point at an equilibrium of the configuration `here`, with the direction of the path."""
     tangent.move_to(here, equilibrium.state)
     vector, moving = at.model.vector(equilibrium.state), _moving(at)
-    along = _along(at, tangent, vector)
+    along = _along(at, here, tangent, equilibrium.state)
     size = float(np.linalg.norm(moving * along))
     if before is not None and before.across @ along < 0:
         size = -size
-    pressures = dict(zip(at.model.chambers, map(float, load * np.asarray(at.loads.pressure)), strict=True))
+    pressures = dict(zip(at.model.chambers, map(float, np.asarray(here.loads.pressure)), strict=True))
     direction = along / size
+    if at.enclosed is not None:
+        vector = np.append(vector, np.asarray(here.loads.pressure)[at.enclosed.rows(at.model)])
     return _Place(PathPoint(load, pressures, equilibrium), here, vector, direction, moving * direction, 1.0 / size)
 
 
@@ -292,8 +336,8 @@ def _advance(at: Configuration, tangent: Tangent, here: _Place, step: float) -> 
         if corrected is None:
             return None
         vector, load, residual = corrected
-        there = _loaded(at, load)
-        equilibrium = read_off(there, tangent, at.model.state(vector), residual, before)
+        there = _loaded(at, load, vector[at.model.size :])
+        equilibrium = read_off(there, tangent, at.model.state(vector[: at.model.size]), residual, before)
         following = _place(at, there, tangent, equilibrium, load, here)
     except SingularMatrix:
         return None
@@ -304,48 +348,60 @@ def _corrected(
     at: Configuration, tangent: Tangent, here: _Place, step: float
 ) -> tuple[np.ndarray, float, float] | None:
     """Unknowns, λ and relative residual at distance `step`, by Newton's method on the bordered system."""
-    if free_share(at, here.vector, step * here.direction) < 1.0:
+    model, size = at.model, at.model.size
+    if free_share(at, here.unknowns, step * here.direction[:size]) < 1.0:
         return None
     vector, load = here.vector + step * here.direction, here.point.load + step * here.slope
     along = here.direction / here.slope
-    scale = applied_force(_loaded(at, load), at.model.state(vector))
+    scale = applied_force(_loaded(at, load, vector[size:]), model.state(vector[:size]))
     previous, fresh = np.inf, False
     metrics: Metrics = ()
-    if at.model.reinforcements:
-        was, now = (displacement(at.model.tip, at.X, at.model.state(each)) for each in (here.vector, vector))
-        metrics = metrics_after(at.model, at.X, at.model.state(here.vector), now - was)
+    if model.reinforcements:
+        was, now = (displacement(model.tip, at.X, model.state(each)) for each in (here.unknowns, vector[:size]))
+        metrics = metrics_after(model, at.X, model.state(here.unknowns), now - was)
     for _ in range(MOST_CORRECTIONS):
-        there = _loaded(at, load)
-        residual = residual_at(there, vector)
-        size = float(np.linalg.norm(residual)) / scale
-        if not np.isfinite(size) or smallest_ratio(at, vector) <= SMALLEST_RATIO:
+        there, state = _loaded(at, load, vector[size:]), model.state(vector[:size])
+        residual = residual_at(there, vector[:size])
+        error = float(np.linalg.norm(residual)) / scale
+        if not np.isfinite(error) or smallest_ratio(at, vector[:size]) <= SMALLEST_RATIO:
             return None
-        if size <= TOLERANCE:
-            return vector, load, size
-        point = reduced_with(there, tangent, Iterate(vector, metrics, residual, residual))
-        change, rise = _bordered(tangent, point.reduced, along, here.across)
-        now = length(at, change)
+        short = np.zeros(0) if at.enclosed is None else missing_volumes(there, state)
+        if error <= TOLERANCE and np.abs(short).max(initial=0.0) <= EXACT_VOLUME * volume_at_rest(at):
+            return vector, load, error
+        point = reduced_with(there, tangent, Iterate(vector[:size], metrics, residual, residual))
+        change, rise = _bordered(there, tangent, state, point.reduced, short, along, here.across)
+        now = length(at, change[:size])
         if now > CONTRACTION * previous and not fresh:
-            tangent.factorise(there, at.model.state(vector), metrics=metrics)
-            along = _along(at, tangent, vector)
+            tangent.factorise(there, state, metrics=metrics)
+            along = _along(at, there, tangent, state)
             point = reduced_with(there, tangent, point)
-            change, rise = _bordered(tangent, point.reduced, along, here.across)
-            fresh, now = True, length(at, change)
+            change, rise = _bordered(there, tangent, state, point.reduced, short, along, here.across)
+            fresh, now = True, length(at, change[:size])
         elif now > 2 * previous:
             return None
         else:
             fresh = False
-        if free_share(at, vector, change) < 1.0:
+        if free_share(at, vector[:size], change[:size]) < 1.0:
             return None
-        by = metrics_along_step(there, tangent, point, change)
+        by = metrics_along_step(there, tangent, point, change[:size])
         metrics = tuple(held + each for held, each in zip(metrics, by, strict=True))
         vector, load, previous = vector + change, load + rise, now
     return None
 
 
-def _bordered(tangent: Tangent, residual, along, across) -> tuple[np.ndarray, float]:
+def _bordered(
+    there: Configuration,
+    tangent: Tangent,
+    state: State,
+    residual: np.ndarray,
+    short: np.ndarray,
+    along: np.ndarray,
+    across: np.ndarray,
+) -> tuple[np.ndarray, float]:
     """dx and dλ: the correction at constant λ, moved along the path back to the prescribed distance."""
     change = tangent.precondition(-residual)
+    if there.enclosed is not None:
+        change = border_at(there, tangent, state, last=True).solution(change, -short)
     rise = -float(across @ change) / float(across @ along)
     return change + rise * along, rise
 

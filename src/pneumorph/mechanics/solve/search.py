@@ -122,16 +122,17 @@ def _filled(at: Configuration, tangent: Tangent, start: State | Guess | None, to
     """The search of `solve` where pressures are unknown."""
     assert at.enclosed is not None
     found: Filled | str = ""
+    search = None if at.model.contact is None else find_near
     if start is not None:
         state = start.state if isinstance(start, Guess) else start
         begin = with_pressures(at, at.enclosed, nearest_pressure(at, state))
-        found = fill(begin, tangent, begin, state, tolerance, 1.0)
+        found = fill(begin, tangent, begin, state, tolerance, 1.0, search)
     if isinstance(found, str) and since is not None:
         begin, state = since
-        found = fill(at, tangent, begin, state, tolerance)
+        found = fill(at, tangent, begin, state, tolerance, search=search)
     if isinstance(found, str):
         begin = replace(unloaded(at), enclosed=at.enclosed.part(0.0))
-        found = fill(at, tangent, begin, rest(at.model), tolerance)
+        found = fill(at, tangent, begin, rest(at.model), tolerance, search=search)
     if isinstance(found, str):
         return NoEquilibrium(found, 0.0, None)
     pressures = pressure_of(found, at.enclosed.rows(at.model))

@@ -65,7 +65,9 @@ def _next(
 ) -> Equilibrium | NoEquilibrium:
     """The equilibrium after those that were `walked`, of which the last is `stable`."""
     indefinite, since = tangent.indefinite, walked[-1] if walked else None
-    found = solve(at, tangent, secant_start(walked, at), since=since, most=MOST if since else MOST_FROM_REST)
+    # Filling goes in steps of its own.
+    few = since is not None and at.enclosed is None
+    found = solve(at, tangent, secant_start(walked, at), since=since, most=MOST if few else MOST_FROM_REST)
     if at.enclosed is None and stable and _doubtful(found, tangent.indefinite > indefinite):
         since = since or _without_pressure(at, tangent)
         if since is not None and _by_pressure(since[0], at):
@@ -96,7 +98,7 @@ def secant_start(walked: list[tuple[Configuration, State]], at: Configuration) -
 
     None without any, and without contact, where `solve` itself begins from a prediction that is better.
     """
-    if not walked or at.model.contact is None:
+    if not walked or at.model.contact is None or at.enclosed is not None:
         return None
     if len(walked) < 2:
         return walked[-1][1]

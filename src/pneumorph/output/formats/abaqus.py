@@ -186,6 +186,8 @@ def _step(mesh: TetMesh, at: Configuration, increment: float, tolerance: float) 
     yield f"{tolerance:g}, 1e30"
     for name, pressure in zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True):
         if pressure:
+            if at.enclosed is not None and name in at.enclosed.chambers:
+                yield f"** chamber {name} is filled or sealed: its pressure here is the one found, and stays as it is"
             yield "*DLOAD"
             elements, faces = element_faces(mesh, mesh.faces[f"chamber {name}"])
             yield from (f"{e + 1}, P{f + 1}, {pressure:.12e}" for e, f in zip(elements, faces, strict=True))

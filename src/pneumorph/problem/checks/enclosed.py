@@ -8,16 +8,18 @@ from pneumorph.problem.tables import Tables
 
 
 def check_enclosed(problem: Tables) -> Iterator[tuple[str, str]]:
-    """Chambers have one of a pressure, a volume and a gas; nothing presses on what holds a volume."""
+    """Chambers have one of a pressure, a volume and a gas; friction, and obstacles that close ports, need pressures."""
     names = [chamber.name for chamber in problem.body.chamber]
     sealed = {chamber.name for chamber in problem.body.chamber if chamber.gas is not None}
-    touching = problem.contact is not None or bool(problem.obstacle)
-    if touching and (sealed or any(task.volumes for task in problem.task)):
-        key = "contact" if problem.contact is not None else "obstacle"
+    rubbing = problem.contact is not None and problem.contact.friction > 0.0
+    if rubbing and (sealed or any(task.volumes for task in problem.task)):
         yield (
-            key,
+            "contact.friction",
             "is not possible with chambers that are sealed or filled to a volume; leave it out, or give pressures",
         )
+    for number, chamber in enumerate(problem.body.chamber):
+        if chamber.gas is not None and getattr(chamber, "seal", None) is not None:
+            yield f"body.chamber[{number}].gas", "is closed by an obstacle; leave gas or seal out, or give pressures"
     for index, task in enumerate(problem.task):
         for name in task.volumes:
             key = f"task[{index}].volume.{name}"

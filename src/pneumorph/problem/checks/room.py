@@ -25,13 +25,19 @@ UNLIKE = 300.0
 SIDES = 64
 """Planes around the cylinder of an envelope, which they hold."""
 
+LONG = 4.0
+"""Length of chambers over the radius of the least circle in their sections, from which on sections are taken to be
+curved as their surfaces are: shorter ones could widen like a dome."""
+
 
 def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
     """Key and reason where no body of tubes fits into the envelope.
 
     These are necessary conditions. Base and tip of every design are at z = 0 and z = length. A ball of the radius
-    `limits.wall` around a point in a chamber is in the body. Points in chambers side by side are a wall apart, and a
-    wall away from the exterior; as to how many of them a convex region holds, see Oler, Acta Mathematica 105 (1961) 19.
+    `limits.wall` around a point in a chamber is in the body. A section of a chamber whose curvature is 1/r at most has
+    a circle of radius r in it (Pestov & Ionin, Doklady AN SSSR 127 (1959) 1170), and `limits.curvature` is at least
+    half of the square of that curvature. Circles in chambers side by side are a wall apart, and a wall away from the
+    exterior; as to how many centres a convex region holds, see Oler, Acta Mathematica 105 (1961) 19.
     """
     envelope, body, wall = problem.limits.envelope, problem.tubes, problem.limits.wall
     # What is too narrow by its radius alone is found with the other limits.
@@ -54,15 +60,31 @@ def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
             f"{wall:g} mm; make it larger",
         )
         return
-    side_by_side = max(sum(start < z < end for start, end in _spans(problem)) for z in _middles(problem))
     upright = np.abs(normals[:, 2]) < ROUNDING
-    room = _most_points(normals[upright, :2], offsets[upright] - wall, wall)
+    across, beside = normals[upright, :2], offsets[upright]
+    circle = _least_circle(problem)
+    why = f"circles of {circle:.3g} mm, the least that limits.curvature allows, and walls of limits.wall = {wall:g} mm"
+    if upright.any() and (radius := _largest_ball(across, beside)[0]) < wall + circle - ROUNDING:
+        yield (
+            "limits.envelope",
+            f"has room for a circle of radius {radius:.3g} mm across the axis at most, but a chamber with its wall "
+            f"needs {wall + circle:.3g} mm, for {why}; make it larger, or change these limits",
+        )
+        return
+    side_by_side = max(sum(start < z < end for start, end in _spans(problem)) for z in _middles(problem))
+    room = _most_points(across, beside - wall - circle, wall + 2.0 * circle)
     if side_by_side > room:
         yield (
             "limits.envelope",
-            f"has room for at most {room} chambers side by side between walls of limits.wall = {wall:g} mm, but there "
-            f"are {side_by_side}; make it larger",
+            f"has room for at most {room} chambers side by side, for {why}, but there are {side_by_side}; make it "
+            "larger, or change these limits",
         )
+
+
+def _least_circle(problem: Tables) -> float:
+    """Radius of a circle that is in a section of every chamber, mm; 0 where that is not known."""
+    radius = 1.0 / math.sqrt(2.0 * problem.limits.curvature)
+    return radius if all(end - start >= LONG * radius for start, end in _spans(problem)) else 0.0
 
 
 def _planes(envelope: Envelope) -> tuple[Array, Array]:

@@ -14,6 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.doing import doing
 from pneumorph.limits.tube.certify.closest_pair import apart, between, counts, descend
 from pneumorph.limits.tube.certify.quadratic_bounds import clears, workspace
 from pneumorph.limits.tube.certify.slabs import farthest, linked, slab
@@ -54,7 +55,7 @@ def spheres(nets: Floats) -> tuple[Floats, Floats]:
     return centres, np.sqrt((x * x + y * y + z * z).max(axis=1))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
     """The nearest centre of a patch a neighbourhood away from each: its index (n,) and distance, or infinity.
 
@@ -82,7 +83,7 @@ def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
     return nearest, np.sqrt(least)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def approach(pairs, sides, neighbourhood):
     """Distances (m,) of the points u, v (m, 4) of pairs of patches that are reached from their middles by `descend`.
 
@@ -103,7 +104,7 @@ def approach(pairs, sides, neighbourhood):
     return attained, at
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def candidates(centres, radii, others, other_radii, reach, same):
     """Pairs (m, 2) of patches whose balls are within reach, and the distances (m,) of these balls.
 
@@ -174,10 +175,12 @@ def least_distances(
     lower, attained, at = np.empty(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
 
     def work(some: slice) -> None:
+        far(f"{some.start} of {len(pairs)}")
         into = lower[some], attained[some], at[some]
         _bound(pairs[some], tuple(sides), neighbourhood, asked, accuracy, most, into)
 
-    each(work, [slice(first, first + _SHARE) for first in range(0, len(pairs), _SHARE)])
+    with doing("pairs of patches") as far:
+        each(work, [slice(first, first + _SHARE) for first in range(0, len(pairs), _SHARE)])
     return lower, attained, at
 
 
