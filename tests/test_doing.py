@@ -33,6 +33,11 @@ def test_from_the_whole_to_its_part(monkeypatch):
         assert doing.words() == "checking, meshing"
         far("2 of 3 surfaces")
         assert doing.line(107.0) == "checking, meshing: 2 of 3 surfaces (7 s)"
+        doing.counted("factorisation")
+        doing.counted("factorisation")
+        assert doing.words() == "checking, meshing: 2 of 3 surfaces, 2 factorisations"
+        with doing.silent():
+            assert doing.line(107.0) is None
     assert doing.line(107.0) is None
 
 

@@ -35,10 +35,11 @@ class _Part:
 
     def count(self, what: str) -> None:
         self._counts[what] = self._counts.get(what, 0) + 1
-        self.far = ", ".join(f"{number} {each}{'s' * (number > 1)}" for each, number in self._counts.items())
 
     def __str__(self) -> str:
-        return f"{self.words}: {self.far}" if self.far else self.words
+        counts = [f"{number} {each}{'s' * (number > 1)}" for each, number in list(self._counts.items())]
+        far = ", ".join([self.far, *counts] if self.far else counts)
+        return f"{self.words}: {far}" if far else self.words
 
 
 _say: Say | None = None
