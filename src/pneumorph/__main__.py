@@ -16,7 +16,9 @@ def main() -> None:
     # than the product takes: a fifth of the processor time of `check`, for matrices that are too small to gain by it.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     compiling.announce(_compiling)
-    doing.announce(_say)
+    # What answers at once prints nothing else, however long it takes to load.
+    if sys.argv[1:] and not {"--help", "--version", "--quiet"} & set(sys.argv):
+        doing.announce(_say)
     with doing.doing("loading the program"):
         from pneumorph.cli import app
 

@@ -113,3 +113,18 @@ def test_a_value_of_several_lines_is_repeated_in_one(run, tiny):
     result = run("simulate", tiny, "--pressure", "A=\n60\u2028kPa\x0b!")
     assert result.exit_code == 2
     assert len(result.stderr.splitlines()) == 1
+
+
+def test_options_are_checked_before_a_body_is_read(run, tmp_path):
+    result = run("simulate", tmp_path / "none.toml", "--block", "sideways")
+    assert result.exit_code == 2 and "sideways" in result.stderr
+
+
+@pytest.mark.parametrize("option", [("--volume", "Z=1ml"), ("--pressure", "Z=1kPa"), ("--move", "Z.x=1mm")])
+def test_names_are_checked_before_anything_is_meshed(run, tiny, monkeypatch, option):
+    def mesh(*_):
+        raise AssertionError("it is meshed")
+
+    monkeypatch.setattr(simulate, "mesh_of", mesh)
+    result = run("simulate", tiny, *option)
+    assert result.exit_code == 2 and "Z" in result.stderr

@@ -101,7 +101,7 @@ def pressure_paths(
             raise ProblemError(f'move {name}={asked}: there is no obstacle and axis "{name}"; {known}')
         fix = _FIX_MOVE if motions[name] is units.LENGTH else _FIX_TURN
         values[name] = _read(f"move {name}={asked}", asked, motions[name], fix)
-    values |= _held(block)
+    values |= held_values(block)
     for name, asked in (volumes or {}).items():
         if name not in chambers:
             raise ProblemError(f'volume {name}={asked}: there is no chamber "{name}"; use one of {", ".join(chambers)}')
@@ -130,8 +130,14 @@ def pressure_paths(
     return [_path(tuple(swept), steps, chambers)]
 
 
-def _held(block: Iterable[str]) -> dict[str, np.ndarray]:
-    """The values at which motions of the plate are held, by `HELD` and the component."""
+def held_values(block: Iterable[str]) -> dict[str, np.ndarray]:
+    """The values at which motions of the plate are held, by `HELD` and the component.
+
+    Raises
+    ------
+    ProblemError
+        If a motion is unknown, or its value is not a length or an angle.
+    """
     values: dict[str, np.ndarray] = {}
     for given in block:
         word, equals, asked = (part.strip() for part in given.partition("="))

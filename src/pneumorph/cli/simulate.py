@@ -15,6 +15,7 @@ from rich.text import Text
 
 from pneumorph import atomic, compiling
 from pneumorph.analysis import Curve
+from pneumorph.analysis.pressures import held_values
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
 from pneumorph.doing import announce, doing, said
@@ -83,10 +84,12 @@ def simulate(
     if quiet:
         compiling.announce(None)
         announce(None)
-    design = design_of(source, number, asking(trust))
+    # What is wrong with options alone, before a body is read from a file.
     given = _given("--pressure", pressures, PRESSURES)
     filled = _given("--volume", volumes, VOLUMES)
     moved = _given("--move", moves, MOVES)
+    held_values(block)
+    design = design_of(source, number, asking(trust))
     console = Console(quiet=quiet)
     for option, path in files.items():
         for folder in _check(option, path):
