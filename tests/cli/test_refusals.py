@@ -2,6 +2,8 @@
 
 import pytest
 
+from pneumorph.analysis import simulate
+
 
 @pytest.mark.parametrize("command", ["design", "simulate", "check"])
 def test_a_file_that_is_not_there(run, tmp_path, command):
