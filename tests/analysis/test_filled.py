@@ -6,13 +6,14 @@ import pytest
 from texts import TWO_BESIDE, problem_text
 from tiny import tiny
 
-from pneumorph.analysis import analyse_body, collect_task_results, run_gradient_check
+from pneumorph.analysis import analyse_body, collect_fields, collect_task_results, run_gradient_check
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.design import starting_design
 from pneumorph.mechanics import Equilibrium, Tangent, contact_forces, mirrors_of, rest, solve, whole_of
 from pneumorph.mechanics.assembly.enclosed import volumes_of
 from pneumorph.optimize import DesignAccepted, design
+from pneumorph.output.export import export
 from pneumorph.problem import loads
 
 GAS = 'gas = { pressure = "10 kPa", exponent = 1.4 }\n'
@@ -98,6 +99,20 @@ def test_the_gradient_where_it_presses(pressing):
     assert check.passed, check
     for test in check.tests.values():
         assert abs(test.rates[-1] - 2.0) < 0.02, test
+
+
+def test_an_input_file_has_the_pressures_found_and_says_so(both, tmp_path):
+    """And a design knows that they are not its problem's."""
+    for name in ("fill", "press"):
+        path, found = tmp_path / f"{name}.inp", collect_task_results(both.disc, both.analysis)[name].pressures
+        export(path, "inp", both.problem, collect_fields(both.disc, both.analysis), found, name)
+        lines = path.read_text().splitlines()
+        told = [line.split()[2] for line in lines if line.startswith("** chamber")]
+        assert told == (["A", "B"] if name == "fill" else ["B"])
+        last = [line for line in lines[: lines.index("*END STEP")] if ", P" in line][-1]
+        assert float(last.split(", ")[2]) == pytest.approx(found["B"])
+    start = starting_design(both.problem)
+    assert start.has_found_pressures("press") and not starting_design(loads(tiny())).has_found_pressures()
 
 
 def test_a_sweep_of_volume_is_that_of_its_pressures():
