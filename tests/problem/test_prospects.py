@@ -97,10 +97,14 @@ def test_how_many_points_a_region_holds():
 
 
 def test_more_chambers_than_an_envelope_has_room_for():
-    """Of a square of 6 mm with walls of 2 mm, a square of 2 mm is left, in which 4 points are 2 mm apart, and 9 not."""
+    """Of a square of 6 mm with walls of 2 mm, a square of 2 mm is left, in which 4 points are 2 mm apart, and 9 not.
+
+    Chambers may be as thin as needles.
+    """
     few = problem_text(
         TASK.format(pressure='A1 = "20 kPa"', objective=EXTEND)
-        + '[limits]\nenvelope = { box = [["-3 mm", "-3 mm", "-1 mm"], ["3 mm", "3 mm", "40 mm"]] }\n',
+        + '[limits]\ncurvature = "5000 /mm^2"\n'
+        + 'envelope = { box = [["-3 mm", "-3 mm", "-1 mm"], ["3 mm", "3 mm", "40 mm"]] }\n',
     )
     few = few.replace('radius = "4 mm"', 'radius = "0.8 mm"').replace(
         'center = ["0 mm", "0 mm"]', 'center = ["5 mm", "0 mm"]\ncopies = NUMBER'
