@@ -118,7 +118,7 @@ BOX = '{{ box = [["-{0} mm", "-{1} mm", "-1 mm"], ["{0} mm", "{1} mm", "40 mm"]]
 
 def test_walls_and_curvature_need_room_together():
     """A section with a curvature of 1/r at most has a circle of radius r in it: r = 1 / sqrt(2 h)."""
-    for curvature, circle in ((0.3, 1.291), (0.02, 5.0)):
+    for curvature, circle in ((0.3, 1.291), (0.04, 3.5355)):
         rest = f'[limits]\nwall = "2 mm"\ncurvature = "{curvature} /mm^2"\nenvelope = '
         for envelope in ('{{ radius = "{0} mm" }}', BOX):
             with_room, without = (rest + envelope.format(2.0 + f * circle, 20) + "\n" for f in (1.01, 0.99))
