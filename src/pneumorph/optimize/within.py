@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.doing import doing
+from pneumorph.doing import counted, doing
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.certify.places import Places, Points, joined, together
 from pneumorph.limits.of_shape import ShapeLimits
@@ -130,6 +130,7 @@ class _Search:
         best, least, in_vain = phi, np.inf, 0
         resisting: Mapping[str, Points] = {}
         for _ in range(settings.motions):
+            counted("motion")
             linear = linear_limits(self.space, self.limits, phi, settings.reach, settings.least, places, violated)
             places, excess = linear.rows.places, linear.excess(margins)
             margin = MARGIN[linear.rows.kind]
