@@ -106,9 +106,8 @@ def test_more_chambers_than_an_envelope_has_room_for():
         + '[limits]\ncurvature = "5000 /mm^2"\n'
         + 'envelope = { box = [["-3 mm", "-3 mm", "-1 mm"], ["3 mm", "3 mm", "40 mm"]] }\n',
     )
-    few = few.replace('radius = "4 mm"', 'radius = "0.8 mm"').replace(
-        'center = ["0 mm", "0 mm"]', 'center = ["5 mm", "0 mm"]\ncopies = NUMBER'
-    )
+    few = few.replace('radius = "8 mm"', 'radius = "3.7 mm"').replace('radius = "4 mm"', 'radius = "0.6 mm"')
+    few = few.replace('center = ["0 mm", "0 mm"]', 'center = ["2 mm", "0 mm"]\ncopies = NUMBER')
     assert any("limits.envelope: has room for at most" in each for each in refused(few.replace("NUMBER", "9")))
     loads(few.replace("NUMBER", "4"))
 
@@ -116,17 +115,35 @@ def test_more_chambers_than_an_envelope_has_room_for():
 BOX = '{{ box = [["-{0} mm", "-{1} mm", "-1 mm"], ["{0} mm", "{1} mm", "40 mm"]] }}'
 
 
+def sized(rest, radius):
+    """A body of a radius in mm, with a chamber of less than half of it."""
+    given = text(EXTEND, rest=rest).replace('radius = "8 mm"', f'radius = "{radius} mm"')
+    return given.replace('radius = "4 mm"', f'radius = "{0.45 * radius} mm"')
+
+
+@pytest.mark.parametrize(("envelope", "refuses"), [(4.0, True), (5.9, True), (6.1, False), (12.0, False)])
+def test_a_body_that_begins_far_outside_of_its_envelope(envelope, refuses):
+    given = text(EXTEND, rest=f'[limits]\nenvelope = {{ radius = "{envelope} mm" }}\n')
+    if refuses:
+        (fault,) = refused(given)
+        assert fault.startswith("limits.envelope: is left by the body") and f"{8 - envelope:.3g} mm" in fault
+    else:
+        loads(given)
+
+
 def test_walls_and_curvature_need_room_together():
     """A section with a curvature of 1/r at most has a circle of radius r in it: r = 1 / sqrt(2 h)."""
     for curvature, circle in ((0.3, 1.291), (0.04, 3.5355)):
         rest = f'[limits]\nwall = "2 mm"\ncurvature = "{curvature} /mm^2"\nenvelope = '
         for envelope in ('{{ radius = "{0} mm" }}', BOX):
-            with_room, without = (rest + envelope.format(2.0 + f * circle, 20) + "\n" for f in (1.01, 0.99))
-            loads(text(EXTEND, rest=with_room))
-            (fault,) = refused(text(EXTEND, rest=without))
+            with_room, without = (
+                sized(rest + envelope.format(2.0 + f * circle, 20) + "\n", 1.2 * (2.0 + circle)) for f in (1.01, 0.99)
+            )
+            loads(with_room)
+            (fault,) = refused(without)
             assert fault.startswith("limits.envelope: ") and f"needs {2 + circle:.3g} mm" in fault
     # A dome may be as short as it likes.
-    short = text(EXTEND, rest='[limits]\ncurvature = "0.3 /mm^2"\nenvelope = { radius = "3.2 mm" }\n')
+    short = sized('[limits]\ncurvature = "0.3 /mm^2"\nenvelope = { radius = "3.2 mm" }\n', 3.9)
     loads(short.replace('span = ["3 mm", "21 mm"]', 'span = ["3 mm", "7 mm"]'))
 
 

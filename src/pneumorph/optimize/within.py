@@ -83,7 +83,7 @@ def _within(
         if report.satisfied():
             break
         worst = _worst(report)
-        far(f"a limit is {100 * worst:.2g} % beyond its bound after try {tries} of {settings.certificates}")
+        far(f"a limit is {100 * worst:.3g} % beyond its bound after try {tries} of {settings.certificates}")
         best = report if worst <= _worst(best) else best
         progress = worst < settings.progress * least or worst < settings.slight
         least, stuck = (worst, 0) if progress else (least, stuck + 1)

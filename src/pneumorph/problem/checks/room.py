@@ -25,6 +25,9 @@ UNLIKE = 300.0
 SIDES = 64
 """Planes around the cylinder of an envelope, which they hold."""
 
+FAR = 0.25
+"""Part of the radius of a body by which its start may leave the envelope: designs near it are within."""
+
 LONG = 4.0
 """Length of chambers over the radius of the least circle in their sections, from which on sections are taken to be
 curved as their surfaces are: shorter ones could widen like a dome."""
@@ -79,6 +82,21 @@ def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
             f"has room for at most {room} chambers side by side, for {why}, but there are {side_by_side}; make it "
             "larger, or change these limits",
         )
+        return
+    if (beyond := _beyond(problem, normals, offsets)) > FAR * body.mean_radius:
+        yield (
+            "limits.envelope",
+            f"is left by the body at the start by {beyond:.3g} mm, more than a quarter of its radius, which no design "
+            "near it makes up for; make it larger, or begin with a body within it",
+        )
+
+
+def _beyond(problem: Tables, normals: Array, offsets: Array) -> float:
+    """How far the base and the tip of the starting body are outside of half-spaces, mm."""
+    body = problem.tubes
+    ends = ((0.0, 1.0), (body.length, body.taper))
+    points = [np.pad(body.outline.scaled(size).points, ((0, 0), (0, 1)), constant_values=z) for z, size in ends]
+    return float((np.concatenate(points) @ normals.T - offsets).max())
 
 
 def _least_circle(problem: Tables) -> float:
