@@ -128,7 +128,7 @@ def test_what_is_expected_of_the_next_step():
 def test_a_limit_out_of_reach_is_refused_with_its_key():
     """Rest is at 1/1.1 of the range: from 1.07 to 0.913 the last of it takes walls of any thickness."""
     asked = problem(1.1, 5).with_changes({"limits.strain": 0.9095})
-    with pytest.raises(Hopeless, match=r"^limits\.strain: is 1\.\d+ at the start, in task extend") as caught:
+    with pytest.raises(Hopeless, match=r"^limits\.strain: is [\d.]+ at the start, in task extend") as caught:
         list(design(asked))
     assert "raise it, lower task[0].pressure.A" in str(caught.value)
 
