@@ -115,20 +115,20 @@ def _require_bearing(
     X = coarse.morph.positions(space.control_points(phi))
     loads = loads_of(problem, coarse.model, {}, task.poses, space.reinforcement(phi), under)
     at = configure(coarse.model, X, loads, guided_of(problem, under))
-    found = solve(at, coarse.tangents[task.name], tolerance=ENOUGH, most=MOST)
-    if isinstance(found, NoEquilibrium):
+    loaded = solve(at, coarse.tangents[task.name], tolerance=ENOUGH, most=MOST)
+    if isinstance(loaded, NoEquilibrium):
         expected: dict[str, float] = dict(zip(MOTIONS, (0.0, 0.0, 0.0, *beam.turned, 0.0), strict=True))
         if beam.compression <= BUCKLED and not _opposed(task, expected):
             return
         what = "the body does not bear its loads"
         raise Hopeless(f"{key_of_loads(problem, index)}: {what}; {_words(problem, index, beam)}")
-    shift, turn = found.plate[:3], found.plate[3:]
+    shift, turn = loaded.plate[:3], loaded.plate[3:]
     angle = math.acos(float(np.clip(rotation(jnp.asarray(turn))[2, 2], -1.0, 1.0)))
     moved: dict[str, float] = dict(zip(MOTIONS, (*shift, *turn), strict=True))
     touches = coarse.model.contact is not None and coarse.model.contact.own is not None
-    if not touches and coarse.skin.intersects_itself(X + found.u):
+    if not touches and coarse.skin.intersects_itself(X + loaded.u):
         what = f"press the body into itself (its tip moves to z = {problem.body.length + shift[2]:.3g} mm)"
-    elif not found.stable and beam.compression > BUCKLED:
+    elif not loaded.stable and beam.compression > BUCKLED:
         what = "make the body buckle"
     elif angle > FOLDED:
         what = f"fold the body over: they turn its tip by {math.degrees(angle):.0f}°"

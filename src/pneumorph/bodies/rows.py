@@ -83,15 +83,15 @@ class Row:
         first = z + self.end + (self.wall if self.gap else 0.0)
         starts = [first + number * (self.chamber + self.between) for number in range(self.chambers)]
         stop = starts[-1] + self.chamber
-        found = [Part(True, "box", (x, -far, z, top, far, z + self.length), turn)]
+        parts = [Part(True, "box", (x, -far, z, top, far, z + self.length), turn)]
         if self.gap:
             deep = floor + self.channel + self.wall
             for start in starts[1:]:
                 begin = start - self.wall - self.gap
                 cut = (deep, -far - 1.0, begin, top + 1.0, far + 1.0, begin + self.gap)
-                found.append(Part(False, "box", cut, turn))
-        found += [
+                parts.append(Part(False, "box", cut, turn))
+        parts += [
             Part(False, "box", (floor, -inner, start, roof, inner, start + self.chamber), turn) for start in starts
         ]
         channel = (floor, -self.channel, first, floor + self.channel, self.channel, stop)
-        return [*found, Part(False, "box", channel, turn)]
+        return [*parts, Part(False, "box", channel, turn)]

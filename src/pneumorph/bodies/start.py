@@ -89,7 +89,7 @@ def _named(text: str, path: Path, step: Path) -> str:
         titled = f'title = "{title[:1].upper()}{title[1:]}"'
         text = re.sub(r'^title = ".*"$', lambda _: titled, text, flags=re.MULTILINE)
     shown = f'"{path}"' if " " in str(path) else str(path)
-    text = re.sub(r"^(#     pneumorph \w+) FILE$", lambda found: f"{found[1]} {shown}", text, flags=re.MULTILINE)
+    text = re.sub(r"^(#     pneumorph \w+) FILE$", lambda match: f"{match[1]} {shown}", text, flags=re.MULTILINE)
     return text.replace('file = "STEP"', f'file = "{step.name}"')
 
 

@@ -48,7 +48,7 @@ def open_chamber(faces: Faces, point: np.ndarray, in_plane: np.ndarray) -> Open:
     on_rim = in_plane[ends].all(axis=2) & in_plane[mids]
     count, number = pieces(faces.triangles, np.unique(mids[~on_rim]))
     flat = on_rim.all(axis=1)
-    found = []
+    candidates = []
     for each in np.setdiff1d(np.arange(count), number[flat]):
         own = np.flatnonzero(number == each)
         edges = np.concatenate([ends[own][on_rim[own]], mids[own][on_rim[own]][:, None]], axis=1)
@@ -59,13 +59,13 @@ def open_chamber(faces: Faces, point: np.ndarray, in_plane: np.ndarray) -> Open:
         a, b, c = np.moveaxis(faces.points[closed] - point, 1, 0)
         volume = float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
         if volume < 0.0 and winds_around(faces.points, closed, point):
-            found.append(Open(own, cap, volume, faces.points[np.unique(closed)].mean(axis=0)))
-    if not found:
+            candidates.append(Open(own, cap, volume, faces.points[np.unique(closed)].mean(axis=0)))
+    if not candidates:
         raise MeshError(
             f"has no chamber around {place(point)} that opens in the plane of its port; give the plane in which the "
             "rim of its opening lies"
         )
-    return max(found, key=lambda each: each.volume)
+    return max(candidates, key=lambda each: each.volume)
 
 
 def _cap(faces: Faces, rim: np.ndarray, beside: np.ndarray) -> np.ndarray:

@@ -66,10 +66,10 @@ def _model(data: bytes) -> bytes:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         name = next((each for each in archive.namelist() if each.lower().endswith("3dmodel.model")), "3D/3dmodel.model")
         with archive.open(name) as file:
-            found = file.read(MOST_BYTES + 1)
-    if len(found) > MOST_BYTES:
+            content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
         raise KeyError(name)
-    return found
+    return content
 
 
 def _add(
@@ -87,13 +87,13 @@ def _add(
         # Twelve numbers, row by row, for row vectors.
         matrix[:, :3] = np.array(text.split(), float).reshape(4, 3)
     matrix = matrix @ outer
-    found = objects[item.get("objectid")]
+    part = objects[item.get("objectid")]
     if depth > _DEEPEST:
         raise ValueError("has too many objects within objects; export it as one mesh")
-    for inner in found.iterfind(f"{space}components/{space}component"):
+    for inner in part.iterfind(f"{space}components/{space}component"):
         _add(parts, objects, inner, matrix, space, most, depth + 1)
-    corners = [[float(each.get(axis, "")) for axis in "xyz"] for each in found.iter(f"{space}vertex")]
-    triangles = [[int(each.get(key, "")) for key in ("v1", "v2", "v3")] for each in found.iter(f"{space}triangle")]
+    corners = [[float(each.get(axis, "")) for axis in "xyz"] for each in part.iter(f"{space}vertex")]
+    triangles = [[int(each.get(key, "")) for key in ("v1", "v2", "v3")] for each in part.iter(f"{space}triangle")]
     if not triangles:
         return
     points, own = np.array(corners, float).reshape(-1, 3), np.array(triangles, int)

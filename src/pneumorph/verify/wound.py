@@ -54,11 +54,11 @@ def fibres(winding: float, families: int) -> Around:
     sine, cosine = np.sin(np.radians(winding)), np.cos(np.radians(winding))
 
     def energy(around: Array, shear: Array, along: Array) -> Array:
-        found = jnp.asarray(0.0)
+        total = jnp.asarray(0.0)
         for hand in (1, -1)[:families]:
             stretch = jnp.sqrt((hand * around * sine + shear * cosine) ** 2 + (along * cosine) ** 2)
-            found += STIFFNESS / 2 * (stretch - 1) ** 2
-        return found
+            total += STIFFNESS / 2 * (stretch - 1) ** 2
+        return total
 
     return energy
 

@@ -142,9 +142,9 @@ class LatticeSurface:
 
     def average(self, strength: float) -> LatticeAverage:
         """See `Surface`."""
-        found = []
+        averages = []
         for basis in self.lattice.bases:
             difference = np.diff(np.eye(basis.count), axis=0)
             values, vectors = linalg.eigh(np.eye(basis.count) + strength * difference.T @ difference)
-            found.append((vectors / np.sqrt(values)) @ vectors.T)
-        return LatticeAverage(tuple(found))
+            averages.append((vectors / np.sqrt(values)) @ vectors.T)
+        return LatticeAverage(tuple(averages))

@@ -95,7 +95,7 @@ def certify_pairs(
     known = {couple: body.near(*couple) for couple in couples}
     # Nothing is refined that is farther than what is known of all limits with the same name for users.
     alike = [-other.worst for other in tallies.values() if other.limit.word == limit.word]
-    least = min([*alike, *(found.attained.min(initial=np.inf) for found in known.values())])
+    least = min([*alike, *(gaps.attained.min(initial=np.inf) for gaps in known.values())])
     for couple, near in known.items():
         tally.pairs(*couple, *body.gaps(*couple, tally.accuracy, near, min(least, -tally.worst)))
 

@@ -60,7 +60,7 @@ Rims = dict[tuple[int, int], Rim]
 
 def rims_of(surfaces: Sequence[LatticeSurface], patches: Sequence[Patches], wall: float) -> Rims:
     """The rims between surfaces of a body with walls of this thickness, mm."""
-    found = {}
+    rims = {}
     for first, second in combinations(range(len(surfaces)), 2):
         shared = _shared(surfaces[first].outline, surfaces[second].outline)
         own = surfaces[first].patches
@@ -73,8 +73,8 @@ def rims_of(surfaces: Sequence[LatticeSurface], patches: Sequence[Patches], wall
             points.append(patches[first].places(np.repeat(some, len(_STEPS)), np.tile(bary, (len(some), 1))))
         points = np.concatenate(points)
         if len(points):
-            found[first, second] = Rim(points, REACH * wall)
-    return found
+            rims[first, second] = Rim(points, REACH * wall)
+    return rims
 
 
 def _shared(one: Floats, other: Floats) -> NDArray[np.bool_]:

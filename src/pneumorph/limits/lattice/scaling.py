@@ -52,13 +52,13 @@ class Scalings:
             kinds, points = [], []
             for kind, limit in enumerate(self.limits):
                 c = limit.sign * (values[..., kind] / limit.bound(at.spec) - 1.0)
-                found = at.worst(number, c, near.least).at
+                worst = at.worst(number, c, near.least).at
                 if near.places is not None:
                     given = near.places[limit.name]
-                    found = np.concatenate([given.at[given.surface == number], found])
-                found = found[np.sort(np.unique(np.round(found, 6), axis=0, return_index=True)[1])]
-                kinds.append(np.full(len(found), kind))
-                points.append(found)
+                    worst = np.concatenate([given.at[given.surface == number], worst])
+                worst = worst[np.sort(np.unique(np.round(worst, 6), axis=0, return_index=True)[1])]
+                kinds.append(np.full(len(worst), kind))
+                points.append(worst)
             yield self._rows(at, number, np.concatenate(kinds), np.concatenate(points))
 
     def rows_at(self, at: SampledLattices, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:

@@ -58,7 +58,7 @@ def _apart(one, other, normal):
 def _distances(one_side, other_side, pairs, enough, into):
     """Fill distances (n,) and barycentric coordinates (n, 3), `into`; sides are triangles with their normals."""
     (a, normals_a), (b, normals_b), (i, j), (distance, u, v) = one_side, other_side, pairs, into
-    found, here, there, spot = np.empty(2), np.empty(3), np.empty(3), np.empty(3)
+    shares, here, there, spot = np.empty(2), np.empty(3), np.empty(3), np.empty(3)
     for n in range(len(i)):
         one, other = a[i[n]], b[j[n]]
         if enough[n] < np.inf:
@@ -70,11 +70,11 @@ def _distances(one_side, other_side, pairs, enough, into):
         for k in range(3):
             for m in range(3):
                 after, beyond = (k + 1) % 3, (m + 1) % 3
-                away = _segments(one[k], one[after], other[m], other[beyond], found)
+                away = _segments(one[k], one[after], other[m], other[beyond], shares)
                 if away < best:
                     best = away
                     u[n], v[n, :] = 0.0, 0.0
-                    u[n, k], u[n, after], v[n, m], v[n, beyond] = 1.0 - found[0], found[0], 1.0 - found[1], found[1]
+                    u[n, k], u[n, after], v[n, m], v[n, beyond] = 1.0 - shares[0], shares[0], 1.0 - shares[1], shares[1]
         for k in range(3):
             away = _point(one[k], other, there)
             if away < best:
@@ -115,7 +115,7 @@ def _dot(a, b, c, d):
 
 
 @numba.njit(cache=True, nogil=True)
-def _segments(p, q, r, s, found):
+def _segments(p, q, r, s, shares):
     """Squared distance of segments pq and rs, and where on both the closest points are (Ericson 2005, 5.1.9)."""
     a, c, f = _dot(p, q, p, q), _dot(r, s, r, s), _dot(r, s, r, p)
     if a <= 0.0 and c <= 0.0:
@@ -135,7 +135,7 @@ def _segments(p, q, r, s, found):
                 x, y = min(max(-g / a, 0.0), 1.0), 0.0
             elif y > 1.0:
                 x, y = min(max((h - g) / a, 0.0), 1.0), 1.0
-    found[0], found[1] = x, y
+    shares[0], shares[1] = x, y
     away = 0.0
     for k in range(3):
         away += (p[k] - r[k] + x * (q[k] - p[k]) - y * (s[k] - r[k])) ** 2

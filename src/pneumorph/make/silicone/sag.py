@@ -100,13 +100,13 @@ def grids(plan: SiliconePlan, slab: Slab) -> dict[str, Grid]:
     def ridge(points: Array, side: str) -> Bools:
         """Points of the chambers that a negative forms."""
         at = world(points)
-        found = np.zeros(len(points), bool)
+        chosen = np.zeros(len(points), bool)
         for number, _ in _surfaces(plan, slab, side):
             if number:
                 surface = plan.samples[number]
                 low, high = surface.points[:, 2].min(), surface.points[:, 2].max()
-                found |= (at[:, 2] > low) & (at[:, 2] < high) & (surface.outside(at) > 0.0)
-        return found
+                chosen |= (at[:, 2] > low) & (at[:, 2] < high) & (surface.outside(at) > 0.0)
+        return chosen
 
     def grid(side: str) -> Grid:
         sign = 1.0 if side == "a" else -1.0
@@ -135,14 +135,14 @@ def grids(plan: SiliconePlan, slab: Slab) -> dict[str, Grid]:
 
         def fixed(points: Array) -> Bools:
             near = 1e-4
-            found = np.zeros(points.shape, bool)
-            found[:, 0] = np.abs(np.abs(points[:, 0]) - size.half) < near
-            found[:, 1] = np.abs(points[:, 1] - sign * deep) < near
+            chosen = np.zeros(points.shape, bool)
+            chosen[:, 0] = np.abs(np.abs(points[:, 0]) - size.half) < near
+            chosen[:, 1] = np.abs(points[:, 1] - sign * deep) < near
             # It rests on the other negative where there is no rubber between them.
             beside = points + np.array([0.0, -near if side == "b" and slab.inner else near, 0.0])
-            found[:, 1] |= (np.abs(points[:, 1]) < near) & ~rubber(beside)
-            found[:, 2] = np.abs(points[:, 2] - size.low) < near
-            return found
+            chosen[:, 1] |= (np.abs(points[:, 1]) < near) & ~rubber(beside)
+            chosen[:, 2] = np.abs(points[:, 2] - size.low) < near
+            return chosen
 
         return Grid(f"{slab.number}-{side}", low, high, filled.reshape(counts), fixed)
 

@@ -36,11 +36,11 @@ def check_wedges(problem: Tables) -> Iterator[tuple[str, str]]:
     if not own:
         return
     key, body = own[0][0], problem.tubes
-    found = [*_others(problem, own), *_ripples(problem)]
-    if not found:
+    faults = [*_others(problem, own), *_ripples(problem)]
+    if not faults:
         angles = edges(body, problem.region, images=True)
-        found = [*_columns(body, key, angles), *_chambers(problem, key, angles)]
-    yield from found
+        faults = [*_columns(body, key, angles), *_chambers(problem, key, angles)]
+    yield from faults
 
 
 def _others(problem: Tables, own: list[tuple[str, Region]]) -> Iterator[tuple[str, str]]:
