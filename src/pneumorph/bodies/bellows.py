@@ -52,7 +52,7 @@ def bellows(
     >>> round(pm.load(path).body.length, 9)
     38.0
     """
-    sizes = sizes_of({"radius": radius, "neck": neck, "pitch": pitch, "wall": wall, "floor": floor})
+    sizes = sizes_of(radius=radius, neck=neck, pitch=pitch, wall=wall, floor=floor)
     crest, throat, high, thick, end = sizes.values()
     number = count_of("folds", folds)
     between("radius", crest, throat, LARGEST, "not below neck")

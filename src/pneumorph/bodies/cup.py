@@ -47,7 +47,7 @@ def cup(
     >>> pm.load(path).body.chamber[0].seal
     'plate'
     """
-    sizes = sizes_of({"radius": radius, "depth": depth, "wall": wall, "stem": stem, "stem_length": stem_length})
+    sizes = sizes_of(radius=radius, depth=depth, wall=wall, stem=stem, stem_length=stem_length)
     lip, deep, thick, foot, long = sizes.values()
     between("stem", foot, 1.0, 0.8 * lip, "below the radius")
     top = long + thick + deep

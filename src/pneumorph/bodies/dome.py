@@ -40,7 +40,7 @@ def dome(radius: Any = "20 mm", wall: Any = "3 mm", floor: Any = "4 mm", boss: A
     >>> pm.load(path).task[0].name
     'lift'
     """
-    sizes = sizes_of({"radius": radius, "wall": wall, "floor": floor, "boss": boss})
+    sizes = sizes_of(radius=radius, wall=wall, floor=floor, boss=boss)
     outer, thick, low, top = sizes.values()
     between("wall", thick, LEAST, 0.5 * outer, "half the radius")
     between("floor", low, LEAST, LARGEST)

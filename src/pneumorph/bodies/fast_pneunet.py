@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from pneumorph.bodies.pneunet import bender
-from pneumorph.bodies.rows import Row
-from pneumorph.bodies.start import Start, count_of, sizes_of
+from pneumorph.bodies.rows import row_of
+from pneumorph.bodies.start import Start
 
 
 def fast_pneunet(
@@ -54,18 +54,6 @@ def fast_pneunet(
     >>> [chamber.name for chamber in pm.load(path).body.chamber]
     ['A']
     """
-    sizes = sizes_of(
-        {
-            "length": length,
-            "width": width,
-            "height": height,
-            "wall": wall,
-            "gap": gap,
-            "floor": floor,
-            "channel": channel,
-        }
-    )
-    row = Row(chambers=count_of("chambers", chambers), **sizes)
-    row.check()
-    least = min(sizes["wall"], sizes["floor"])
-    return bender("bellows", row, least, min(sizes["gap"], sizes["channel"], sizes["wall"]), pressure=40.0)
+    row = row_of(chambers, length=length, width=width, height=height, wall=wall, gap=gap, floor=floor, channel=channel)
+    least = min(row.wall, row.floor)
+    return bender("bellows", row, least, min(row.gap, row.channel, row.wall), pressure=40.0)

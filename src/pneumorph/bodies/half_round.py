@@ -40,7 +40,7 @@ def half_round(length: Any = "60 mm", radius: Any = "12 mm", wall: Any = "3 mm",
     >>> pm.load(path).body.length
     50.0
     """
-    sizes = sizes_of({"length": length, "radius": radius, "wall": wall, "corner": corner})
+    sizes = sizes_of(length=length, radius=radius, wall=wall, corner=corner)
     long, outer, thick, rounding = sizes.values()
     between("radius", outer, 5.0, LARGEST)
     between("wall", thick, LEAST, outer / 3.0, "a third of the radius")

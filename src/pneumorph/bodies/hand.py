@@ -7,7 +7,7 @@ from string import ascii_uppercase
 from typing import Any
 
 from pneumorph.bodies.parts import Part
-from pneumorph.bodies.rows import Row
+from pneumorph.bodies.rows import row_of
 from pneumorph.bodies.start import LARGEST, Start, between, count_of, sizes_of, text_with
 
 MOST = 6
@@ -67,21 +67,9 @@ def hand(
     >>> [chamber.name for chamber in pm.load(path).body.chamber]
     ['A', 'B']
     """
-    sizes = sizes_of(
-        {
-            "length": length,
-            "width": width,
-            "height": height,
-            "wall": wall,
-            "gap": gap,
-            "floor": floor,
-            "channel": channel,
-        }
-    )
-    around = sizes_of({"opening": opening, "palm": palm})
+    around = sizes_of(opening=opening, palm=palm)
     number = count_of("fingers", fingers, MOST)
-    row = Row(chambers=count_of("chambers", chambers), **sizes)
-    row.check()
+    row = row_of(chambers, length=length, width=width, height=height, wall=wall, gap=gap, floor=floor, channel=channel)
     inner, thick = around["opening"] / 2.0, around["palm"]
     # Neighbouring fingers do not touch each other.
     closest = 1.2 * row.width / 2.0 / math.tan(math.pi / number) if number > 2 else 2.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pneumorph.bodies.rows import Row
-from pneumorph.bodies.start import Start, count_of, sizes_of, text_with
+from pneumorph.bodies.rows import Row, row_of
+from pneumorph.bodies.start import Start, text_with
 
 
 def pneunet(
@@ -53,21 +53,9 @@ def pneunet(
     >>> pm.load(path).body.length
     50.0
     """
-    sizes = sizes_of(
-        {
-            "length": length,
-            "width": width,
-            "height": height,
-            "wall": wall,
-            "rib": rib,
-            "floor": floor,
-            "channel": channel,
-        }
-    )
-    row = Row(chambers=count_of("chambers", chambers), **sizes)
-    row.check()
-    least = min(sizes["wall"], sizes["rib"], sizes["floor"])
-    return bender("block", row, least, min(sizes["channel"], sizes["wall"]), pressure=15.0)
+    row = row_of(chambers, length=length, width=width, height=height, wall=wall, rib=rib, floor=floor, channel=channel)
+    least = min(row.wall, row.rib, row.floor)
+    return bender("block", row, least, min(row.channel, row.wall), pressure=15.0)
 
 
 def bender(what: str, row: Row, wall: float, gap: float, pressure: float) -> Start:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from pneumorph.bodies.parts import Part
-from pneumorph.bodies.start import LEAST, between
+from pneumorph.bodies.start import LEAST, between, count_of, sizes_of
 
 SHORTEST = 1.0
 """Least length and width of a chamber, mm."""
@@ -95,3 +96,16 @@ class Row:
         ]
         channel = (floor, -self.channel, first, floor + self.channel, self.channel, stop)
         return [*parts, Part(False, "box", channel, turn)]
+
+
+def row_of(chambers: int, **sizes: Any) -> Row:
+    """A row by its number of chambers, and its sizes with units.
+
+    Raises
+    ------
+    ProblemError
+        For what is no number or no length, and as of `Row.check`.
+    """
+    row = Row(chambers=count_of("chambers", chambers), **sizes_of(**sizes))
+    row.check()
+    return row

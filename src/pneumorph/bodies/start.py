@@ -93,7 +93,7 @@ def _named(text: str, path: Path, step: Path) -> str:
     return text.replace('file = "STEP"', f'file = "{step.name}"')
 
 
-def sizes_of(given: Mapping[str, Any]) -> dict[str, float]:
+def sizes_of(**given: Any) -> dict[str, float]:
     """Lengths in mm of lengths with units, by their names.
 
     Raises
