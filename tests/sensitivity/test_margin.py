@@ -1,13 +1,17 @@
 """The pressure at which a body balloons: of a sphere in closed form elsewhere; here its exact derivatives."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from designing import analysed
 from tiny import tiny
 
-from pneumorph.analysis import analyse, margin_slopes, margins
-from pneumorph.mechanics import TOLERANCE
+from pneumorph.analysis import analyse, margin_slopes, margins, near_margins
+from pneumorph.mechanics import TOLERANCE, follow
+from pneumorph.optimize.states import linear_states, worst_state
 from pneumorph.problem import Problem, loads
+from pneumorph.sensitivity import margin as module
 from pneumorph.sensitivity import taylor_test
 from pneumorph.sensitivity.margin import BEYOND
 
@@ -44,3 +48,16 @@ def test_a_stiff_body_is_far_from_its_limit():
     space, disc, found = analysed(soft("4 MPa"))
     values, slopes = margin_slopes(space, disc, found, 1.2)
     assert values[0] == pytest.approx(1.2 * BEYOND) and not slopes.any()
+
+
+def test_a_path_that_cannot_be_followed_is_not_taken_for_one_without_a_limit_point(monkeypatch):
+    monkeypatch.setattr(module, "follow", partial(follow, most=2))
+    asked = soft("0.25 MPa")
+    space, disc, found = analysed(asked)
+    near, followed = near_margins(disc, found, 2.0)
+    assert near == {} and 1.0 <= followed["extend"] < 2.0
+    # What is not known neither stops a step nor counts as satisfied.
+    states = linear_states(asked, space, disc, found)
+    assert [limit.name for limit in states.unknown] == ["margin"]
+    assert states.values()["margin"] is None and not states.violated
+    assert worst_state(asked, disc, found)[0] <= 0.0

@@ -66,8 +66,10 @@ def expect_limit_points(before: Analysis, analysis: Analysis, bound: float) -> N
             analysis.limit_points[name] = Margin(BEYOND * bound, None, least)
 
 
-def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:
-    """The margins of the tasks whose limit point is near; all estimates are made again.
+def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> tuple[dict[str, float], dict[str, float]]:
+    """The margins of the tasks whose limit point is near; and how far the others were followed where that is not known.
+
+    All estimates are made again.
 
     Parameters
     ----------
@@ -76,18 +78,19 @@ def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict
     bound : of the margin; `BEYOND` times it is the farthest that counts as near.
     """
     points = limit_points(disc, replace(analysis, limit_points={}), bound)
-    return {name: ahead.load for name, ahead in points.items() if ahead.state is not None}
+    near = {name: ahead.load for name, ahead in points.items() if ahead.state is not None}
+    return near, {name: ahead.load for name, ahead in points.items() if not ahead.known}
 
 
 def margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:
-    """The pressures of the limit point ahead of every task over its own, see `sensitivity.margin`."""
-    return {name: ahead.load for name, ahead in limit_points(disc, analysis, bound).items()}
+    """The pressures of the limit point ahead of every task over its own, where known; see `sensitivity.margin`."""
+    return {name: ahead.load for name, ahead in limit_points(disc, analysis, bound).items() if ahead.known}
 
 
 def margin_slopes(
     space: DesignSpace, disc: Discretisation, analysis: Analysis, bound: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same for all tasks (k,), and the derivatives (k, n) with respect to Φ.
+    """The same (k,), and the derivatives (k, n) with respect to Φ.
 
     Parameters
     ----------
@@ -97,10 +100,12 @@ def margin_slopes(
     """
     values, rows = [], []
     for name, ahead in limit_points(disc, analysis, bound).items():
+        if not ahead.known:
+            continue
         values.append(ahead.load)
         if ahead.state is None:
             rows.append(np.zeros(space.n))
             continue
         by_X, by_pressure, by_reinforcement = margin_slope(analysis.configurations[name], Tangent(disc.model), ahead)
         rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_reinforcement))
-    return np.array(values), np.array(rows)
+    return np.array(values), np.array(rows).reshape(-1, space.n)

@@ -18,7 +18,14 @@ from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, OF_SHAPE, in_history
 from pneumorph.mechanics import rubbers_of
-from pneumorph.output.format import balloons, format_data, format_duration, format_pressures, stretches
+from pneumorph.output.format import (
+    balloons,
+    balloons_perhaps,
+    format_data,
+    format_duration,
+    format_pressures,
+    stretches,
+)
 from pneumorph.problem import Problem
 from pneumorph.problem.material import doubt
 from pneumorph.problem.materials import materials
@@ -43,6 +50,8 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
         yield Text(f"{task.name}: {stretches(rubbers, result.tasks[task.name])}")
         if margin := result.margins.get(task.name):
             yield Text(f"{task.name}: {balloons(result.tasks[task.name].pressures, margin)}", style="bold")
+        if followed := result.followed.get(task.name):
+            yield Text(f"{task.name}: {balloons_perhaps(result.tasks[task.name].pressures, followed)}", style="bold")
     for told in filter(None, map(doubt, materials(run.problem).values())):
         yield Text(told)
     last = run.history[-1]

@@ -109,8 +109,9 @@ class Finished:
 
     The last design is the best: each is better than its predecessor, compared on one mesh. `held` says whether it
     satisfies every limit; `stable`, by task, whether its state is stable, also where a part was analysed; `rates` how
-    fast its motions change; `margins`, of tasks that are near ballooning, and `finer`, see `RunResult`. `fields` are
-    those of the last design, with its sag under weight alone and its inflation.
+    fast its motions change; `margins`, of tasks that are near ballooning, `followed`, of those of which that is not
+    known, and `finer`, see `RunResult`. `fields` are those of the last design, with its sag under weight alone and its
+    inflation.
     """
 
     iteration: int
@@ -119,6 +120,7 @@ class Finished:
     stable: dict[str, bool]
     rates: Mapping[str, MotionRates]
     margins: Mapping[str, float]
+    followed: Mapping[str, float]
     finer: Mapping[str, tuple[float, ...]]
     fields: Fields
 

@@ -150,5 +150,6 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
         rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
         with doing("the error of the mesh"):
             mesh = finest_motions(setup.problem, last.disc, last.analysis)
-        ahead = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
-    return Finished(last.number, why, last.feasible, is_stable, rates, ahead, mesh, fields)
+        near, unknown = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
+    held = last.feasible and not last.states.unknown
+    return Finished(last.number, why, held, is_stable, rates, near, unknown, mesh, fields)

@@ -64,7 +64,7 @@ def history_entry(current: Iterate, record: StepRecord, clock: Clock) -> History
         optimality=current.optimality,
         tasks=collect_task_results(disc, analysis),
         limits=current.design.report.values() | current.states.values(),
-        held=current.feasible,
+        held=current.feasible and not current.states.unknown,
         elements=disc.model.elements,
         dofs=disc.model.size,
         factorisations=record.factorisations,

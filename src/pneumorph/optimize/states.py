@@ -106,6 +106,7 @@ class StateLimits:
     jacobian : (k, n) J, by the design variables.
     limits : the limits of the first rows, and `bounds` theirs; the other rows keep the body from buckling laterally.
     curved : what c is expected to be beyond its linearisation at the end of the next step.
+    unknown : the limits of which nothing is known: where no path could be followed as far as the margin asks.
     """
 
     value: np.ndarray
@@ -113,6 +114,7 @@ class StateLimits:
     limits: tuple[Limit, ...]
     bounds: tuple[float, ...]
     curved: float = 0.0
+    unknown: tuple[Limit, ...] = ()
 
     def worst(self, step: np.ndarray | None = None) -> float:
         """The largest c, as predicted after a step (n,); −∞ without a limit."""
@@ -191,6 +193,7 @@ def linear_states(
             np.concatenate([states.jacobian, limit.sign * slope / of.bound]),
             (*states.limits, *[limit] * len(value)),
             (*states.bounds, *[of.bound] * len(value)),
+            unknown=states.unknown if len(value) else (*states.unknown, limit),
         )
     if lateral is None:
         return states
@@ -203,7 +206,8 @@ def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> t
     """The largest c of an analysed design, −∞ without a limit, and the name of that limit."""
     worst, name = -np.inf, ""
     for limit, of, kind in limited(problem):
-        excess = max(limit.excess(value, of.bound) for value in kind.values(disc, analysis, of).values())
+        values = kind.values(disc, analysis, of).values()
+        excess = max((limit.excess(value, of.bound) for value in values), default=-np.inf)
         if excess > worst:
             worst, name = excess, limit.name
     return worst, name

@@ -40,6 +40,12 @@ def balloons(pressures: Mapping[str, float], margin: float) -> str:
     return f"at {there} it balloons, {margin:.2f} times the {working}"
 
 
+def balloons_perhaps(pressures: Mapping[str, float], followed: float) -> str:
+    """That it is not known whether a state at these pressures (MPa) is near ballooning, and how far it was followed."""
+    there = format_pressures({name: followed * pressure for name, pressure in pressures.items()})
+    return f"whether it is near ballooning is not known: states could be followed to {there} only"
+
+
 def stretches(rubbers: Mapping[str, Rubber], result: TaskResult) -> str:
     """The largest stretch of every rubber beside the range of its data, where that is stated."""
     by_region = result.region_stretches or dict.fromkeys([REST], result.max_stretch)

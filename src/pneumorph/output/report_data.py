@@ -15,7 +15,15 @@ from pneumorph.limits.table import in_history
 from pneumorph.mechanics import rubbers_of
 from pneumorph.objective.kinds import target_of
 from pneumorph.output.cuts import view_of
-from pneumorph.output.format import balloons, format_data, format_duration, format_pressures, stretches, warnings_of
+from pneumorph.output.format import (
+    balloons,
+    balloons_perhaps,
+    format_data,
+    format_duration,
+    format_pressures,
+    stretches,
+    warnings_of,
+)
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.acting import acting, words_of_own
 from pneumorph.results import HistoryEntry, RunResult, TaskResult, to_json
@@ -110,9 +118,12 @@ def _warnings(problem: Problem, tasks: Mapping[str, TaskResult]) -> list[str]:
 
 
 def _ballooning(result: RunResult) -> list[str]:
-    """Sentences on tasks that are near ballooning."""
-    margins = result.margins.items()
-    return [f"Task {name}: {balloons(result.tasks[name].pressures, margin)}." for name, margin in margins]
+    """Sentences on tasks that are near ballooning, or may be."""
+    return [
+        f"Task {name}: {words(result.tasks[name].pressures, load)}."
+        for words, loads in ((balloons, result.margins), (balloons_perhaps, result.followed))
+        for name, load in loads.items()
+    ]
 
 
 def _text(path: Path) -> str:

@@ -145,7 +145,7 @@ class MotionRates:
     Attributes
     ----------
     by_pressure : {chamber: (6,)}
-        Per MPa.
+        Per MPa, of the chambers whose pressure is given.
     by_modulus : (6,) or None
         Per relative change of all moduli of all rubbers: 0.01 times it is what rubber that is 1 % stiffer does. None
         in some runs of earlier versions.
@@ -222,6 +222,8 @@ class RunResult:
     rates : {task: MotionRates}, at the last states.
     margins : {task: float}
         Of tasks near ballooning: the pressures at which that happens, over the working ones.
+    followed : {task: float}
+        Of tasks of which that is not known: the pressures up to which states could be followed, over the working ones.
     finer : {task: (6,)}
         Estimates of the tip's translation (mm) and rotation vector (rad) without the error of the mesh; empty where
         they are not known.
@@ -245,6 +247,7 @@ class RunResult:
     targets: Mapping[str, str] = field(default_factory=dict)
     rates: Mapping[str, MotionRates] = field(metadata={"of": MotionRates}, default_factory=dict)
     margins: Mapping[str, float] = field(default_factory=dict)
+    followed: Mapping[str, float] = field(default_factory=dict)
     finer: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 

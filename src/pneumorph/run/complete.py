@@ -32,6 +32,8 @@ class Outcome:
         If completed, of the last states.
     margins : {task: float}
         If completed, of those that are near ballooning.
+    followed : {task: float}
+        If completed, of those of which that is not known.
     finer : {task: (6,)}
         If completed, see `RunResult`.
     """
@@ -41,6 +43,7 @@ class Outcome:
     stable: Mapping[str, bool] = field(default_factory=dict)
     rates: Mapping[str, MotionRates] = field(default_factory=dict)
     margins: Mapping[str, float] = field(default_factory=dict)
+    followed: Mapping[str, float] = field(default_factory=dict)
     finer: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
@@ -78,7 +81,9 @@ def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
                 run.write_fields(event.iteration, event.fields)
             show(event)
             if isinstance(event, Finished):
-                outcome = Outcome(event.reason, True, event.stable, event.rates, event.margins, event.finer)
+                outcome = Outcome(
+                    event.reason, True, event.stable, event.rates, event.margins, event.followed, event.finer
+                )
                 _conclude(run, outcome)
                 return outcome
     except NotWritten:
@@ -123,6 +128,7 @@ def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> R
         reinforcements=last.reinforcements,
         rates=outcome.rates,
         margins=outcome.margins,
+        followed=outcome.followed,
         finer=outcome.finer,
         targets={name: each.value for name, each in targets_reached(problem, history).items()},
     )

@@ -34,6 +34,8 @@ class Margin:
         λ, its given pressures over the working ones; where the path was followed without one, the last λ.
     state : State or None
         Its state; None where there is none, and the derivatives are zero.
+    known : bool
+        False where the path could not be followed as far as was asked: whether a limit point is ahead is not known.
     estimate : float
         The estimate of λ because of which the path was followed or not, or a bound from that of a design before.
     pressures : {chamber: MPa}
@@ -44,10 +46,11 @@ class Margin:
     state: State | None
     estimate: float = math.inf
     pressures: Mapping[str, float] = field(default_factory=dict)
+    known: bool = True
 
 
 def find_margin(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, bound: float) -> Margin:
-    """Follow the path from a state to the limit point ahead, or up to `BEYOND` times the bound.
+    """Follow the path from a state to the limit point ahead, or up to `BEYOND` times the bound, or as far as possible.
 
     Parameters
     ----------
@@ -64,11 +67,12 @@ def find_margin(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, b
     path = follow(at, tangent, load=far.load, first_limit=True, since=equilibrium)
     if isinstance(path, NoEquilibrium):
         # Without pressure there is no limit.
-        return far
-    if not path.limits:
-        return Margin(min(path.points[-1].load, far.load), None)
-    limit = path.limits[0]
-    return Margin(limit.load, limit.equilibrium.state, pressures=limit.pressures)
+        return replace(far, load=1.0, known=False) if np.any(given_pressures(at)) else far
+    if path.limits:
+        limit = path.limits[0]
+        return Margin(limit.load, limit.equilibrium.state, pressures=limit.pressures)
+    reached = path.points[-1].load
+    return far if reached >= far.load else Margin(max(point.load for point in path.points), None, known=False)
 
 
 def margin_slope(
