@@ -6,7 +6,7 @@ import pytest
 from texts import TWO_BESIDE, problem_text
 from tiny import tiny
 
-from pneumorph.analysis import analyse_body, collect_fields, collect_task_results, run_gradient_check
+from pneumorph.analysis import analyse_body, collect_fields, collect_task_results, motion_rates, run_gradient_check
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.design import starting_design
@@ -139,6 +139,11 @@ def test_what_is_sealed_has_no_pressure_of_its_own():
         start.explorer()
 
 
+def test_motions_change_with_the_pressures_that_are_given(both):
+    rates = motion_rates(both.disc, both.analysis)
+    assert {name: set(each.by_pressure) for name, each in rates.items()} == {"fill": set(), "press": {"A"}}
+
+
 def test_files_keep_them_and_parts_do_not_share_them():
     problem = loads(two_beside())
     again = loads(problem.to_toml())
@@ -155,6 +160,10 @@ def test_one_filled_chamber_refuses_a_limit_on_the_sensitivity():
     limits = 'limits = { sensitivity = "2 deg/kPa" }'
     with pytest.raises(ProblemError, match=r"task\[0\]\.limits\.sensitivity: is not possible with"):
         loads(text.replace('volume = { A = "0.12 ml" }', f'volume = {{ A = "0.12 ml" }}\n{limits}'))
+    # Of a translation, which that task is not about: one line is enough.
+    with pytest.raises(ProblemError) as error:
+        loads(text.replace('{ A = "0.12 ml" }', f'{{ A = "0.12 ml" }}\n{limits.replace("deg", "mm")}'))
+    assert str(error.value).count("sensitivity") == 1
     limits = limits.replace("deg", "mm")
     loads(text.replace('pressure = { A = "30 kPa" }', f'pressure = {{ A = "30 kPa" }}\n{limits}'))
 

@@ -43,11 +43,13 @@ def certainty(objective: ObjectiveTable, result: TaskResult, rates: MotionRates)
     for name, sign in objective.tip_motions.items():
         k, unit = MOTIONS.index(name), "mm" if name in MOTIONS[:3] else "°"
         size = sign * (1.0 if unit == "mm" else float(np.degrees(1.0)))
-        by = [f"{1e-3 * size * rate[k]:+.3g} {unit}/kPa of {chamber}" for chamber, rate in rates.by_pressure.items()]
+        written = unit if unit == "°" else f" {unit}"
+        by = [f"{1e-3 * size * rate[k]:+.3g}{written}/kPa of {chamber}" for chamber, rate in rates.by_pressure.items()]
         if rates.by_modulus is not None:
             changed = STIFFER * size * rates.by_modulus[k]
-            by.append(f"{changed:+.3g} {unit} with {100 * STIFFER:.0f} % stiffer rubber at this state")
-        yield f"{motion_word(name, sign)} changes by {', '.join(by)}"
+            by.append(f"{changed:+.3g}{written} with {100 * STIFFER:.0f} % stiffer rubber at this state")
+        if by:
+            yield f"{motion_word(name, sign)} changes by {', '.join(by)}"
     if objective.tip_motions:
         others = [motion_amount(name, 1.0, result) for name in MOTIONS if name not in objective.tip_motions]
         large = [f"{other.word} of {other}" for other in others if abs(other.value) >= LEAST[other.unit]]

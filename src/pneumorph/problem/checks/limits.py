@@ -94,6 +94,7 @@ def check_sensitivities(problem: Tables) -> Iterator[tuple[str, str]]:
                 f"{key}.sensitivity",
                 "is not possible with chambers that are sealed or filled to a volume; leave it out, or give pressures",
             )
+            continue
         for kind, (word, other) in units.items():
             given = limits.sensitivity is not None and getattr(limits.sensitivity, kind) is not None
             if given and not any(task.objective.motions_of(kind) for task in tasks):
