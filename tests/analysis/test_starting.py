@@ -121,9 +121,17 @@ def test_a_start_beyond_the_limit_pressure_says_where_to_begin():
         ('{ A = { start = "50 kPa", min = "30 kPa", max = "60 kPa" } }', "the whole range of A, from 30"),
         ('{ A = { start = "50 kPa", min = "-30 kPa", max = "60 kPa" } }', 'start = "8'),
         ('{ A = { start = "-50 kPa", min = "-60 kPa", max = "-30 kPa" } }', "the whole range of A, from -60"),
-        ('{ A = "50 kPa" }', "lower the pressure"),
+        ('{ A = "50 kPa" }', 'A = { start = "8 kPa", min = "0 kPa", max = "50 kPa" }'),
+        ('{ A = "-50 kPa" }', 'A = { start = "-8 kPa", min = "-50 kPa", max = "0 kPa" }'),
     ],
 )
 def test_ranges_without_a_state(pressure, said):
     failure = explained(loads(tiny(pressure=pressure)), 0, NoEquilibrium("it balloons", 0.2, None))
     assert failure.reason.startswith("task[0].pressure.A: it balloons") and said in failure.reason
+
+
+def test_what_is_proposed_for_a_pressure_without_a_state_can_be_written():
+    failure = explained(loads(tiny(pressure='{ A = "50 kPa" }')), 0, NoEquilibrium("it balloons", 0.2, None))
+    proposed = failure.reason.rpartition("may raise it: ")[2]
+    pressure = loads(tiny(pressure=f"{{ {proposed} }}")).task[0].pressure["A"]
+    assert pressure.free and (pressure.start, pressure.max) == pytest.approx((0.008, 0.05))

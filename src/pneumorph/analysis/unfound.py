@@ -26,6 +26,7 @@ def explained(problem: Problem, index: int, failure: NoEquilibrium) -> NoEquilib
         return replace(failure, reason=f"{key}: {failure.reason}")
     free = {name: pressure for name, pressure in acting.items() if pressure.free}
     beyond = [name for name, each in free.items() if abs(_mildest(each)) > reach * abs(each.start)]
+    lower = {name: each.quantity.write(float(f"{LOWER * reach * each.start:.2g}")) for name, each in acting.items()}
     if beyond:
         name, each = beyond[0], free[beyond[0]]
         least, most = map(each.quantity.write, (each.min, each.max))
@@ -34,13 +35,23 @@ def explained(problem: Problem, index: int, failure: NoEquilibrium) -> NoEquilib
             "stiffer rubber"
         )
     elif free:
-        lower = {name: each.quantity.write(float(f"{LOWER * reach * each.start:.2g}")) for name, each in free.items()}
         remedy = "begin lower, with start = " + ", ".join(
-            f'"{each}"' + (f" of {name}" if len(lower) > 1 else "") for name, each in lower.items()
+            f'"{lower[name]}"' + (f" of {name}" if len(free) > 1 else "") for name in free
         )
     else:
-        remedy = "lower the pressure, make walls thicker, or take a stiffer rubber"
+        # Whether designs at other pressures are of use is for the user to say.
+        ranges = ", ".join(f"{name} = {_range(lower[name], each)}" for name, each in acting.items())
+        remedy = (
+            "lower the pressure, make walls thicker, take a stiffer rubber, or have the pressure designed, so that the "
+            f"run begins where there is a state and designs may raise it: {ranges}"
+        )
     return replace(failure, reason=f"{key}: {failure.reason}; {remedy}")
+
+
+def _range(start: str, pressure: Pressure) -> str:
+    """What to write for a pressure that designs are to raise from a milder start to the one that was given."""
+    least, most = (pressure.quantity.write(each) for each in sorted((0.0, pressure.start)))
+    return f'{{ start = "{start}", min = "{least}", max = "{most}" }}'
 
 
 def _mildest(pressure: Pressure) -> float:
