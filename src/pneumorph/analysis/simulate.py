@@ -210,16 +210,31 @@ class Simulation:
 def _sweep_of_part(
     path: list[Configuration], tangent: Tangent, whole: Whole
 ) -> Iterator[tuple[Configuration, Equilibrium | NoEquilibrium]]:
-    """A sweep of a part of a body; where the whole body buckles out of its symmetry, the whole body goes on."""
+    """A sweep of a part of a body; from where the whole body loses its stability on, the whole body is swept.
+
+    The part has symmetric motions alone: at every state on the way, the whole body is looked at for all others.
+    """
     before: tuple[Configuration, State] | None = None
     for number, (at, answer) in enumerate(zip(path, sweep(path, tangent), strict=True)):
+        passed = list(answer.way)
         if isinstance(answer, Equilibrium):
             at = settled(at, answer)
-            if answer.stable and whole.negative_pivots(at, answer.state) > 0:
-                rest = [whole.configuration(each) for each in path[number:]]
-                yield from zip(rest, sweep(rest, whole.tangent, before), strict=True)
-                return
-            before = whole.configuration(at), whole.state(answer.state)
+            passed += [(at, answer.state)] if answer.stable else []
+        lost = bool(answer.buckled)
+        for there, state in passed:
+            if before is not None and state is before[1]:
+                continue
+            if whole.negative_pivots(there, state) > 0:
+                lost = True
+                break
+            before = there, state
+        if lost:
+            begin = before and (whole.configuration(before[0]), whole.state(before[1]))
+            rest = [whole.configuration(each) for each in path[number:]]
+            yield from zip(rest, sweep(rest, whole.tangent, begin), strict=True)
+            return
+        if isinstance(answer, Equilibrium):
+            before = at, answer.state
         yield at, answer
 
 

@@ -27,11 +27,11 @@ def of_the_mesh(objective: ObjectiveTable, motion: Sequence[float], finer: Seque
     motion, finer : translation (mm) and rotation vector (rad) of the tip (6,), and the estimate on fine meshes.
     """
     for name, sign in objective.tip_motions.items():
-        k, unit = MOTIONS.index(name), "mm" if name in MOTIONS[:3] else "°"
-        size = sign * (1.0 if unit == "mm" else float(np.degrees(1.0)))
+        k, unit = MOTIONS.index(name), " mm" if name in MOTIONS[:3] else "°"
+        size = sign * (1.0 if unit == " mm" else float(np.degrees(1.0)))
         here, there = size * motion[k], size * finer[k]
-        off = f"{abs(there - here):.2g} {unit}"
-        yield f"{motion_word(name, sign)} {here:.2f} ± {off} (mesh): about {there:.2f} {unit} on a fine mesh"
+        off = f"{abs(there - here):.2g}{unit}"
+        yield f"{motion_word(name, sign)} {here:.2f} ± {off} (mesh): about {there:.2f}{unit} on a fine mesh"
     if not objective.tip_motions:
         off = np.array(finer) - np.array(motion)
         place, turn = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
@@ -41,13 +41,12 @@ def of_the_mesh(objective: ObjectiveTable, motion: Sequence[float], finer: Seque
 def certainty(objective: ObjectiveTable, result: TaskResult, rates: MotionRates) -> Iterator[str]:
     """Sentences on the motion of a task: how it changes with pressures and rubber, and the tip's other motions."""
     for name, sign in objective.tip_motions.items():
-        k, unit = MOTIONS.index(name), "mm" if name in MOTIONS[:3] else "°"
-        size = sign * (1.0 if unit == "mm" else float(np.degrees(1.0)))
-        written = unit if unit == "°" else f" {unit}"
-        by = [f"{1e-3 * size * rate[k]:+.3g}{written}/kPa of {chamber}" for chamber, rate in rates.by_pressure.items()]
+        k, unit = MOTIONS.index(name), " mm" if name in MOTIONS[:3] else "°"
+        size = sign * (1.0 if unit == " mm" else float(np.degrees(1.0)))
+        by = [f"{1e-3 * size * rate[k]:+.3g}{unit}/kPa of {chamber}" for chamber, rate in rates.by_pressure.items()]
         if rates.by_modulus is not None:
             changed = STIFFER * size * rates.by_modulus[k]
-            by.append(f"{changed:+.3g}{written} with {100 * STIFFER:.0f} % stiffer rubber at this state")
+            by.append(f"{changed:+.3g}{unit} with {100 * STIFFER:.0f} % stiffer rubber at this state")
         if by:
             yield f"{motion_word(name, sign)} changes by {', '.join(by)}"
     if objective.tip_motions:

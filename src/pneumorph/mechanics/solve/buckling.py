@@ -1,8 +1,9 @@
 """Where a body loses its stability under rising loads, and where it goes from there.
 
-Stable states are followed from one load to another in steps, each of which must end near the state that the step
-before it predicts. Where even a short step does not, no stable state is near: the body has buckled, or has snapped
-through at a limit point, and relaxes to another one (`relaxation.py`), from which the loads go on.
+A state between two loads is reached by the path of stable states only where it is near the one that the state before
+predicts. Else stable states are followed in steps, each of which must end near its prediction. Where even a short step
+does not, no stable state is near: the body has buckled, or has snapped through at a limit point, and relaxes to another
+one (`relaxation.py`), from which the loads go on.
 """
 
 from __future__ import annotations
@@ -44,7 +45,12 @@ FEW, MOST = 5, 600
 
 
 def through(
-    begin: Configuration, state: State, whole: Configuration, tangent: Tangent, found: Equilibrium | NoEquilibrium
+    begin: Configuration,
+    state: State,
+    whole: Configuration,
+    tangent: Tangent,
+    ahead: State | None,
+    found: Equilibrium | NoEquilibrium,
 ) -> Equilibrium | NoEquilibrium:
     """What a body does between two loads, where a search from one to the other may have passed a loss of stability.
 
@@ -58,20 +64,23 @@ def through(
         The loads after.
     tangent : Tangent
         The linear solver of their model.
+    ahead : State, optional
+        What `state` predicts there.
     found : Equilibrium or NoEquilibrium
         What the search found.
 
     Returns
     -------
-    What `follow_stable` finds, so that it does not depend on how far the search went at once; `found` where that is as
-    near as predicted, or where no loss of stability is found.
+    `found` where that is stable and near what is predicted; else what `follow_stable` finds, so that it does not depend
+    on how far the search went at once. Where it finds neither a state nor a loss of stability that the body survives,
+    `found`, with the states that were passed.
     """
-    if isinstance(found, Equilibrium) and found.stable:
-        ahead = predict_change(begin, tangent, state, whole)
-        if _distance(whole, found.state, state) <= FAR * _distance(whole, ahead, state):
-            return found
+    if isinstance(found, Equilibrium) and found.stable and ahead and _as_predicted(whole, found.state, ahead, state):
+        return found
     followed = follow_stable(begin, state, whole, tangent)
-    return followed if isinstance(followed, Equilibrium) or followed.buckled else found
+    if isinstance(followed, Equilibrium) or followed.buckled:
+        return followed
+    return replace(found, way=followed.way)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +114,7 @@ def follow_stable(
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + MOST
     here, last, end = Place(begin, state, 0.0), None, None
-    step, residual, buckled = FIRST, 0.0, {}
+    step, residual, buckled, way, relaxed = FIRST, 0.0, {}, [(begin, state)], False
     try:
         while here.reached != 1.0:
             back = here.reached > 1.0
@@ -125,7 +134,7 @@ def follow_stable(
                     step /= 4.0
                     continue
                 if back or not (lost or whole.model.contact):
-                    return _none(buckled, here, "none was found near the next one predicted")
+                    return _none(buckled, way, here, "none was found near the next one predicted")
                 pressures = _pressures(part)
                 # A little beyond it the body relaxes sooner.
                 fraction = here.reached + BEYOND * shortest
@@ -133,20 +142,21 @@ def follow_stable(
                 ahead = between(here.state, end, (fraction - here.reached) / (1.0 - here.reached))
                 found = _relaxed(part, tangent, here.state)
                 if isinstance(found, str):
-                    return _none(buckled, here, found)
+                    return _none(buckled, way, here, found)
                 gone, predicted = (_distance(part, each, here.state) for each in (found[0], ahead))
                 if lost and not buckled and gone > FAR * predicted:
                     buckled = pressures
-                last, step = None, BEYOND * shortest
+                last, step, relaxed = None, BEYOND * shortest, True
             else:
                 last, step = here, 2.0 * step
             (reached_state, residual), end = found, None
             here = Place(part, reached_state, fraction)
-        return replace(read_off(whole, tangent, here.state, residual, before), buckled=buckled)
+            way += [] if relaxed or fraction == 1.0 else [(part, reached_state)]
+        return replace(read_off(whole, tangent, here.state, residual, before), buckled=buckled, way=tuple(way))
     except SingularMatrix:
-        return _none(buckled, here, "the tangent is singular")
+        return _none(buckled, way, here, "the tangent is singular")
     except TooCostly:
-        return _none(buckled, here, f"no other was found in {MOST} factorisations")
+        return _none(buckled, way, here, f"no other was found in {MOST} factorisations")
     finally:
         tangent.max_factorisations = math.inf
 
@@ -155,12 +165,12 @@ def _pressures(at: Configuration) -> dict[str, float]:
     return dict(zip(at.model.chambers, map(float, at.loads.pressure), strict=True))
 
 
-def _none(buckled: dict[str, float], here: Place, reason: str) -> NoEquilibrium:
+def _none(buckled: dict[str, float], way: list[tuple[Configuration, State]], here: Place, reason: str) -> NoEquilibrium:
     """Where and why no stable state was followed any farther."""
     limit = _pressures(here.at)
     words = f"stable states were followed up to {in_words(limit)}; {reason}"
     words = f"the body buckles at {in_words(buckled)}; then {words}" if buckled else words
-    return NoEquilibrium(words, min(here.reached, 1.0), None, buckled, limit)
+    return NoEquilibrium(words, min(here.reached, 1.0), None, buckled, limit, tuple(way))
 
 
 def _shortest(begin: Configuration, whole: Configuration, here: Place) -> float:
@@ -196,12 +206,16 @@ def _next(
         return None
     finally:
         tangent.max_factorisations = allowed
-    predicted = _distance(part, ahead, state)
-    if _distance(part, found[0], ahead) <= NEAR * predicted:
-        return found
+    return found if _as_predicted(part, found[0], ahead, state) else None
+
+
+def _as_predicted(at: Configuration, found: State, ahead: State, before: State) -> bool:
+    """Whether a state is the one that is predicted after the state before it."""
+    predicted = _distance(at, ahead, before)
+    if _distance(at, found, ahead) <= NEAR * predicted:
+        return True
     # What comes into contact moves less than predicted.
-    stopped = part.model.contact is not None and _distance(part, found[0], state) <= predicted
-    return found if stopped else None
+    return at.model.contact is not None and _distance(at, found, before) <= predicted
 
 
 def _relaxed(part: Configuration, tangent: Tangent, state: State) -> tuple[State, float] | str:

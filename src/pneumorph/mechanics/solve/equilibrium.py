@@ -42,6 +42,8 @@ class Equilibrium:
     factorisations, solves : the cost.
     buckled : dict of pressures in MPa, by chamber, at which stability was lost on the way to this state; else empty.
     enclosed : dict of the pressures found in MPa, by chamber, where they were unknown.
+    way : the stable states from which and through which it was reached, up to a loss of stability; empty where no
+        state between was looked for.
     """
 
     state: State
@@ -56,6 +58,7 @@ class Equilibrium:
     solves: int
     buckled: Mapping[str, float] = field(default_factory=dict)
     enclosed: Mapping[str, float] = field(default_factory=dict)
+    way: tuple[tuple[Configuration, State], ...] = field(default=(), repr=False)
 
     @property
     def stable(self) -> bool:
@@ -80,6 +83,7 @@ class NoEquilibrium:
         The pressures at which stability was lost, where a stable state was followed beyond it; else empty.
     limit : {chamber: MPa}
         The last pressures to which states could be followed, where that is known; else empty.
+    way : see `Equilibrium`.
     """
 
     reason: str
@@ -87,6 +91,7 @@ class NoEquilibrium:
     last: Equilibrium | None
     buckled: Mapping[str, float] = field(default_factory=dict)
     limit: Mapping[str, float] = field(default_factory=dict)
+    way: tuple[tuple[Configuration, State], ...] = field(default=(), repr=False)
 
 
 def configure(

@@ -8,12 +8,14 @@ from dataclasses import replace
 import jax
 import numpy as np
 
+from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.buckling import follow_stable, through
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, settled
 from pneumorph.mechanics.solve.path import diagnose
+from pneumorph.mechanics.solve.prediction import predict_change
 from pneumorph.mechanics.solve.search import solve
 
 MOST, MOST_FROM_REST = 60, 400
@@ -25,9 +27,10 @@ def sweep(
 ) -> Iterator[Equilibrium | NoEquilibrium]:
     """The equilibrium of every configuration of a sweep, each solved from the one before.
 
-    All configurations have the same nodes and differ in their loads. Steps that are too long are subdivided. Where
-    stability is lost, the body relaxes to another stable state (`buckling.py`). The sweep ends where there is none:
-    that `NoEquilibrium` names the limit found by path following, and the rest is not tried.
+    All configurations have the same nodes and differ in their loads. Steps that are too long are subdivided: where
+    pressures rise or fall, if a state is not near the one predicted. Where stability is lost, the body relaxes to
+    another stable state (`buckling.py`). The sweep ends where there is none: that `NoEquilibrium` names the limit found
+    by path following, and the rest is not tried.
 
     Parameters
     ----------
@@ -36,23 +39,24 @@ def sweep(
     tangent : Tangent
         The linear solver of their model.
     begin : (Configuration, State), optional
-        A stable equilibrium before them; else the sweep starts at rest.
+        A stable equilibrium before them, soon after which stability is lost; else the sweep starts at rest.
     """
     walked: list[tuple[Configuration, State]] = [] if begin is None else [begin]
-    stable, buckled, stopped = True, False, None
+    stable, small, buckled, stopped = True, begin is not None, False, None
     for at in path:
         if stopped is not None:
             yield NoEquilibrium(f"not tried, the sweep stopped before it: {stopped.reason}", 0.0, None)
             continue
         since = walked[-1] if walked else None
-        if buckled and since is not None and _by_pressure(since[0], at):
+        if small and since is not None and _by_pressure(since[0], at):
             # Longer steps might lead to other states, of which a body that has buckled may have many.
             found = follow_stable(*since, at, tangent)
         else:
             found = _next(at, tangent, walked, stable)
         buckled = buckled or bool(found.buckled)
+        small = small or buckled
         if at.enclosed is None and isinstance(found, NoEquilibrium) and not buckled:
-            found = diagnose(at, tangent, found)
+            found = replace(diagnose(at, tangent, found), way=found.way)
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
@@ -64,24 +68,27 @@ def _next(
     at: Configuration, tangent: Tangent, walked: list[tuple[Configuration, State]], stable: bool
 ) -> Equilibrium | NoEquilibrium:
     """The equilibrium after those that were `walked`, of which the last is `stable`."""
-    indefinite, since = tangent.indefinite, walked[-1] if walked else None
+    since = walked[-1] if walked else _without_pressure(at, tangent)
+    checked = at.enclosed is None and stable and since is not None and _by_pressure(since[0], at)
+    ahead = _predicted(*since, at, tangent) if checked and since else None
     # Filling goes in steps of its own.
-    few = since is not None and at.enclosed is None
+    few = walked and at.enclosed is None
     found = solve(at, tangent, secant_start(walked, at), since=since, most=MOST if few else MOST_FROM_REST)
-    if at.enclosed is None and stable and _doubtful(found, tangent.indefinite > indefinite):
-        since = since or _without_pressure(at, tangent)
-        if since is not None and _by_pressure(since[0], at):
-            return through(*since, at, tangent, found)
-    return found
+    return through(*since, at, tangent, ahead, found) if checked and since else found
 
 
-def _doubtful(found: Equilibrium | NoEquilibrium, indefinite: bool) -> bool:
-    """Whether stability may have been lost on the way; `indefinite`: whether a tangent on it had negative pivots."""
-    return isinstance(found, NoEquilibrium) or not found.stable or indefinite
+def _predicted(begin: Configuration, state: State, at: Configuration, tangent: Tangent) -> State | None:
+    """What an equilibrium of `begin` predicts for `at`; None where its tangent is singular."""
+    try:
+        return predict_change(begin, tangent, state, at)
+    except SingularMatrix:
+        return None
 
 
 def _without_pressure(at: Configuration, tangent: Tangent) -> tuple[Configuration, State] | None:
-    """The body under its other loads alone, if it is stable then."""
+    """The body under its other loads alone, where it has pressures that nothing else goes along with, and is stable."""
+    if at.enclosed is not None or np.any(at.loads.shift) or np.any(at.loads.held) or not np.any(at.loads.pressure):
+        return None
     begin = replace(at, loads=at.loads._replace(pressure=0.0 * at.loads.pressure))
     found = solve(begin, tangent)
     return (begin, found.state) if isinstance(found, Equilibrium) and found.stable else None
