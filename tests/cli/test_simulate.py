@@ -113,6 +113,11 @@ def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
     assert all(step["stable"] for step in steps)
     assert -0.1 < steps[1]["buckled_MPa"]["A"] < -0.05
     assert result.output.count("buckled at -5") == 1
+    # A third alone would go on to a state with thirds, in which the whole body is stable too.
+    result = run("simulate", file, "--pressure", "A=-150kPa", *held, "--json", tmp_path / "once.json")
+    (once,) = steps_of(tmp_path / "once.json")
+    assert once["buckled_MPa"]["A"] == pytest.approx(steps[1]["buckled_MPa"]["A"], rel=0.01)
+    assert once["volume_mm3"]["A"] == pytest.approx(steps[2]["volume_mm3"]["A"], rel=1e-6)
 
 
 def test_a_filled_chamber(run, tiny, tmp_path):
