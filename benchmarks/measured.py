@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from netgen.occ import Box, Pnt
+from netgen.occ import Box, Pnt  # pyright: ignore[reportAttributeAccessIssue]
 
 import pneumorph as pm
 from pneumorph.problem import Problem

@@ -193,6 +193,27 @@ def tolerance(
     tolerance(source, {**given, "load": load}, design, task, json, trust)
 
 
+@doing("calibrating")
+def calibrate(
+    source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
+    measured: Annotated[
+        Path,
+        typer.Option(help="Text file with titles such as 'pressure A (kPa), extension (mm)' and one point a line."),
+    ],
+    fit: Annotated[
+        str, typer.Option(metavar="modulus,wall,pressure", help="What is fitted, separated by commas.")
+    ] = "modulus",
+    task: Annotated[str | None, typer.Option(help="Whose loads act; by default the first.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the problem with the rubber found to this file.")] = None,
+    design: DesignNumber = None,
+    trust: Trusted = False,
+) -> None:
+    """Find the rubber, the walls and the pressure error of a casting from a measured curve."""
+    from pneumorph.cli.calibrate import calibrate
+
+    calibrate(source, measured, fit, design, task, out, trust)
+
+
 @doing("exporting")
 def export(
     source: Annotated[

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     import pyvista
     from matplotlib.figure import Figure
 
+    from pneumorph.interface.calibration import CalibratedDesign
     from pneumorph.interface.tolerance import ToleranceReport
     from pneumorph.make import MadeFiles
     from pneumorph.output.view import View
@@ -298,6 +299,40 @@ class Design:
         names = None if task is None else [self._task(task)]
         known = (self.stored, self.entry.tasks) if self.entry is not None else (None, None)
         return tolerance_report(starting_at(self.problem, self.pressures), self.body, tolerances, names, *known)
+
+    def calibrate(
+        self, measured: str | Path, fit: Iterable[str] = ("modulus",), task: str | None = None
+    ) -> CalibratedDesign:
+        """Find the rubber, the walls and the pressure error of a casting of the design from a measured curve.
+
+        Parameters
+        ----------
+        measured : str or Path
+            A text file with titles such as "pressure A (kPa), extension (mm)", and one point a line.
+        fit : several of "modulus", "wall" and "pressure"
+            What is fitted; a curve seldom tells all three apart, and the result says so.
+        task : str, by default the first
+            Whose loads act.
+
+        Raises
+        ------
+        ProblemError
+            If the file has no curve, or the body has contact, sheets, fibres or sealed chambers.
+        ComputationError
+            If a state is not found, or the curve does not determine what is fitted.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> fitted = pm.open_run("runs/small").best.calibrate("curve.csv", ["modulus"])  # doctest: +SKIP
+        >>> fitted.fit.factor  # doctest: +SKIP
+        1.12
+        """
+        from pneumorph.interface.calibration import calibrated
+
+        chosen = next(each for each in self.problem.task if each.name == self._task(task))
+        pressures = self.pressures[chosen.name]
+        return calibrated(self.problem, self.body, chosen, pressures, Path(measured), list(fit))
 
     def make(self, folder: str | Path, chord: float = 0.02) -> MadeFiles:
         """Write all files for manufacturing the design and its mould, and check them; see ``docs/making.md``.

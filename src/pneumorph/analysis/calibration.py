@@ -1,0 +1,287 @@
+"""Find what a measured curve says of a body's rubber, walls and pressures: least squares with exact derivatives.
+
+States are solved at all measured pressures. With the derivatives of the measured motion at each (`motion_slopes`),
+Gauss–Newton steps lead to the parameters whose curve is nearest to the measured one. A factor s of all moduli is that
+of all loads divided by s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import t as students
+
+from pneumorph.analysis.analyse import build_discretisation, refuse_friction
+from pneumorph.analysis.bodies import mesh_of
+from pneumorph.analysis.surface_motions import offset
+from pneumorph.doing import doing
+from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.geometry import Body
+from pneumorph.mechanics import (
+    Configuration,
+    Equilibrium,
+    State,
+    Tangent,
+    configure,
+    enclosed_of,
+    guided_of,
+    loads_of,
+    part_of,
+    predict,
+    solve,
+    sweep,
+)
+from pneumorph.mechanics.elements.terms import Loads
+from pneumorph.mesh import Morph
+from pneumorph.mesh.tets import chambers_of
+from pneumorph.problem import Problem, Task, reinforcements
+from pneumorph.problem.acting import acting
+from pneumorph.problem.components import MOTIONS
+from pneumorph.sensitivity import motion_slopes
+
+PARAMETERS = {"modulus": "%", "wall": "mm", "pressure": "kPa"}
+"""What can be fitted, with the unit in which it is told: moduli relative to those of the problem, rubber added at all
+chambers, and what is added to all measured pressures."""
+
+UNITS = {"%": 0.01, "mm": 1.0, "kPa": 1e-3}
+
+MOST_STEPS, ENOUGH = 12, 1e-5
+"""Most Gauss–Newton steps, and the largest step in percent, mm and kPa after which there are no more."""
+
+APART = 0.98
+"""Correlation above which two parameters do the same to the curve, so that it tells their sum alone."""
+
+MOST_FACTORISATIONS = 60
+"""Most for one state."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A measured curve.
+
+    Attributes
+    ----------
+    pressures : (n, C) MPa
+        Of all chambers, in the order of the problem.
+    motion : str
+        One of `MOTIONS`.
+    values : (n,) mm or rad
+    """
+
+    pressures: np.ndarray
+    motion: str
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Fitted parameters.
+
+    Attributes
+    ----------
+    names : sequence of str
+        Of `PARAMETERS`.
+    values, half : (k,)
+        Values, in their units, and half the widths of their confidence intervals of 95 %.
+    correlation : (k, k)
+    before, after : (n,) mm or rad
+        The curve with the problem's rubber and walls, and with the fitted ones.
+    """
+
+    names: Sequence[str]
+    values: np.ndarray
+    half: np.ndarray
+    correlation: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+
+    @property
+    def factor(self) -> float:
+        """The factor of all moduli."""
+        return 1.0 + 0.01 * float(dict(zip(self.names, self.values, strict=True)).get("modulus", 0.0))
+
+    @property
+    def together(self) -> list[tuple[str, str]]:
+        """Pairs of parameters that the curve does not tell apart."""
+        one, other = np.nonzero(np.triu(np.abs(self.correlation) > APART, 1))
+        return [(self.names[int(i)], self.names[int(j)]) for i, j in zip(one, other, strict=True)]
+
+
+def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Sequence[str]) -> Calibration:
+    """Fit parameters to a measured curve.
+
+    Parameters
+    ----------
+    problem, body : one of its designs.
+    task : whose loads act.
+    curve : measured.
+    names : of `PARAMETERS`, fewer than points.
+
+    Raises
+    ------
+    ProblemError
+        If the body has contact, sheets, fibres or sealed chambers, whose forces do not scale with the rubber's.
+    ComputationError
+        If a state is not found, or the parameters cannot be fitted.
+    """
+    refuse_friction(problem)
+    if problem.obstacle or problem.contact is not None or reinforcements(problem) or enclosed_of(problem, task.volumes):
+        raise ProblemError("calibrate: is for bodies without contact, sheets, fibres and sealed chambers")
+    with doing("calibrating"):
+        return _fitted(_Fit.of(problem, body, task, curve), names)
+
+
+def _fitted(fit: _Fit, names: Sequence[str]) -> Calibration:
+    units = np.array([UNITS[PARAMETERS[name]] for name in names])
+    here = fit.begun()
+    before, theta = here.values, np.zeros(len(names))
+    cost = float(np.sum((here.values - fit.curve.values) ** 2))
+    for _ in range(MOST_STEPS):
+        slopes = here.slopes(names, _more(names, theta)) * units
+        step = np.linalg.lstsq(slopes, fit.curve.values - here.values, rcond=None)[0]
+        # Half of a step that makes it worse, or leads to where there is no state.
+        for part in (1.0, 0.5, 0.25, 0.125):
+            there = fit.moved(here, _all(names, (theta + part * step) * units))
+            if there is not None and float(np.sum((there.values - fit.curve.values) ** 2)) <= cost * (1 + 1e-9):
+                break
+        else:
+            break
+        theta, here = theta + part * step, there
+        cost = float(np.sum((here.values - fit.curve.values) ** 2))
+        if np.abs(part * step).max() < ENOUGH:
+            break
+    slopes = here.slopes(names, _more(names, theta)) * units
+    free = len(fit.curve.values) - len(names)
+    information = slopes.T @ slopes
+    if free < 1 or np.linalg.cond(information) > 1e14:
+        raise ComputationError(f"the curve does not determine {' and '.join(names)}; fit fewer parameters")
+    covariance = cost / free * np.linalg.inv(information)
+    deviations = np.sqrt(np.diag(covariance))
+    scale = np.sqrt(np.diag(np.linalg.inv(information)))
+    correlation = np.linalg.inv(information) / np.outer(scale, scale)
+    return Calibration(names, theta, students.ppf(0.975, free) * deviations, correlation, before, here.values)
+
+
+def _more(names: Sequence[str], theta: np.ndarray) -> float:
+    """What moduli are larger by, relative, by parameters in their units."""
+    return float(_all(names, theta)[0]) * UNITS["%"]
+
+
+def _all(names: Sequence[str], values: np.ndarray) -> np.ndarray:
+    """All three parameters, in the units of the code."""
+    given = dict(zip(names, values, strict=True))
+    return np.array([given.get(name, 0.0) for name in PARAMETERS])
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """A body on its mesh under the loads of every point of the curve, and how nodes move (N, 3) per mm of rubber."""
+
+    curve: Curve
+    points: Sequence[Configuration]
+    tangent: Tangent
+    morph: Morph
+    thicker: np.ndarray
+
+    @classmethod
+    def of(cls, problem: Problem, body: Body, task: Task, curve: Curve) -> _Fit:
+        """The body meshed for the pressures of the curve, in part where these are symmetric."""
+        chambers = [each.name for each in problem.body.chamber]
+        given = [dict(zip(chambers, map(float, row), strict=True)) for row in curve.pressures]
+        under = acting(problem, task)
+        morph = mesh_of(problem, body, part_of(problem, given, [under]))
+        model, X = build_discretisation(problem, morph, body.control_points()).model, morph.mesh.points
+        guided = guided_of(problem, under)
+        points = [configure(model, X, loads_of(problem, model, row, under=under), guided) for row in given]
+        faces = [face for face in morph.mesh.faces if chambers_of(face)]
+        thicker = sum((offset(morph.mesh, face) for face in faces), np.zeros_like(X))
+        return cls(curve, points, Tangent(model), morph, thicker[: morph.n_surface])
+
+    def configurations(self, parameters: np.ndarray) -> list[Configuration]:
+        """All points with parameters in the units of the code."""
+        more, wall, pressure = parameters
+        X, softer = self.points[0].X + wall * self.morph.extend(self.thicker), 1.0 / (1.0 + more)
+        return [replace(at, X=X, loads=_scaled(at.loads, softer, pressure)) for at in self.points]
+
+    def begun(self) -> _Solved:
+        """The states as the body is designed, along the curve from the lowest pressure.
+
+        Raises
+        ------
+        ComputationError
+            If one is not found.
+        """
+        path = self.configurations(np.zeros(len(PARAMETERS)))
+        order = np.argsort(self.curve.pressures.sum(axis=1), kind="stable")
+        states: dict[int, State] = {}
+        for number, answer in zip(order, sweep([path[k] for k in order], self.tangent), strict=True):
+            if not isinstance(answer, Equilibrium):
+                raise ComputationError(f"no state at point {number + 1} of the curve: {answer.reason}")
+            states[int(number)] = answer.state
+        return _Solved(self, path, [states[k] for k in range(len(path))])
+
+    def moved(self, near: _Solved, parameters: np.ndarray) -> _Solved | None:
+        """The states with other parameters, from those with the parameters before; None if one is not found."""
+        path, states = self.configurations(parameters), []
+        for at, before, state in zip(path, near.path, near.states, strict=True):
+            self.tangent.move_to(before, state)
+            start = predict(before, self.tangent, state, at.X - before.X, at.loads)
+            answer = solve(at, self.tangent, start, since=(before, state), most=MOST_FACTORISATIONS)
+            if not isinstance(answer, Equilibrium):
+                return None
+            states.append(answer.state)
+        return _Solved(self, path, states)
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """The states of all points of a curve with some parameters."""
+
+    fit: _Fit
+    path: Sequence[Configuration]
+    states: Sequence[State]
+
+    @cached_property
+    def _of_points(self) -> list[tuple[float, np.ndarray]]:
+        """The motion at every point, and its derivatives by all parameters, in the units of the code."""
+        k, answers = MOTIONS.index(self.fit.curve.motion), []
+        for at, state in zip(self.path, self.states, strict=True):
+            self.fit.tangent.move_to(at, state)
+            slopes = motion_slopes(at, self.fit.tangent, state)
+            by = [
+                float(sum(each[k] for each in slopes.moduli.values())),
+                float(np.sum(self.fit.morph.on_surface(slopes.X[k]) * self.fit.thicker)),
+                float(np.sum(slopes.loads[k].pressure)),
+            ]
+            answers.append((float(slopes.motion[k]), np.array(by)))
+        return answers
+
+    @property
+    def values(self) -> np.ndarray:
+        """The curve (n,), mm or rad."""
+        return np.array([value for value, _ in self._of_points])
+
+    def slopes(self, names: Sequence[str], more: float) -> np.ndarray:
+        """Its derivatives (n, k) by parameters.
+
+        Parameters
+        ----------
+        names : of the parameters.
+        more : what all moduli are larger by, relative: loads are divided by one and that, so that the derivatives by
+            moduli and pressures of what is solved are those of the body's times a factor.
+        """
+        slopes = np.array([by for _, by in self._of_points]) / [1.0 + more, 1.0, 1.0 + more]
+        return slopes[:, [list(PARAMETERS).index(name) for name in names]]
+
+
+def _scaled(loads: Loads, factor: float, pressure: float) -> Loads:
+    """Loads with a pressure added in all chambers, and all of them times a factor."""
+    return loads._replace(
+        pressure=factor * (np.asarray(loads.pressure) + pressure),
+        acceleration=factor * np.asarray(loads.acceleration),
+        spring=factor * np.asarray(loads.spring),
+        wrench=factor * np.asarray(loads.wrench),
+    )

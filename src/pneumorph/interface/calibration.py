@@ -1,0 +1,136 @@
+"""A body's rubber, walls and pressures from a measured curve, and the problem with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from pneumorph.analysis.calibration import PARAMETERS, Calibration, Curve, calibrate
+from pneumorph.errors import ProblemError
+from pneumorph.geometry import Body
+from pneumorph.problem import Problem, Task
+from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.material import Material
+from pneumorph.problem.measured import Measured, read_measured
+from pneumorph.problem.objectives.words import motion_word
+from pneumorph.units import MODULUS, parse, write
+
+WORDS = {
+    "modulus": "moduli of the rubber",
+    "wall": "rubber at the chambers",
+    "pressure": "pressure",
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CalibratedDesign:
+    """What a measured curve says of a design.
+
+    Attributes
+    ----------
+    problem : Problem
+        With the rubber of the fit, to design with.
+    measured : Measured
+    fit : Calibration
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> fitted = pm.open_run("runs/small").best.calibrate("curve.csv")  # doctest: +SKIP
+    >>> fitted.fit.factor, fitted.problem.to_toml()  # doctest: +SKIP
+    """
+
+    problem: Problem
+    measured: Measured
+    fit: Calibration
+
+    def __str__(self) -> str:
+        return "\n".join(_lines(self.measured, self.fit))
+
+    __repr__ = __str__
+
+
+def calibrated(
+    problem: Problem, body: Body, task: Task, pressures: Mapping[str, float], path: Path, names: Sequence[str]
+) -> CalibratedDesign:
+    """Fit a body of a problem to the curve in a file.
+
+    Parameters
+    ----------
+    problem, body : the body is one of the problem's.
+    task : whose loads act.
+    pressures : {chamber: MPa} of chambers without a column.
+    path : the file.
+    names : what is fitted, of `PARAMETERS`.
+
+    Raises
+    ------
+    ProblemError
+        If the file has no curve, or a name is unknown.
+    ComputationError
+        If a state is not found, or the curve does not determine what is fitted.
+    """
+    for name in names:
+        if name not in PARAMETERS:
+            raise ProblemError(f'--fit: "{name}" cannot be fitted; use {", ".join(PARAMETERS)}')
+    if not names or len(set(names)) < len(names):
+        raise ProblemError(f"--fit: give each of {', '.join(PARAMETERS)} at most once, and at least one")
+    chambers = [each.name for each in problem.body.chamber]
+    measured = read_measured(path, chambers)
+    count = len(measured.values)
+    columns = [measured.pressures.get(name, np.full(count, pressures.get(name, 0.0))) for name in chambers]
+    curve = Curve(np.column_stack(columns), measured.motion, measured.values)
+    fit = calibrate(problem, body, task, curve, names)
+    return CalibratedDesign(with_moduli(problem, fit.factor), measured, fit)
+
+
+def with_moduli(problem: Problem, factor: float) -> Problem:
+    """The problem with the moduli of all its rubbers times a factor."""
+    if factor == 1.0:
+        return problem
+    regions = tuple(
+        region.model_copy(update={"material": _scaled(region.material, factor)}) for region in problem.region
+    )
+    return problem.model_copy(update={"material": _scaled(problem.material, factor), "region": regions})
+
+
+def _scaled(material: Any, factor: float) -> Any:
+    table = material.model_dump(mode="json", exclude_none=True)
+    words = {"name": f"{table.pop('name')}, calibrated", "source": f"calibrated: moduli times {factor:.4g}"}
+    density = table.pop("density")
+    scaled = {key: _times(value, factor) for key, value in table.items() if key != "source"}
+    return TypeAdapter(Material).validate_python(scaled | words | {"density": density})
+
+
+def _times(value: Any, factor: float) -> Any:
+    """A value of a material's table with all moduli in it times a factor."""
+    if isinstance(value, Mapping):
+        return {key: _times(each, factor) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_times(each, factor) for each in value]
+    try:
+        return write(factor * parse(value, MODULUS), MODULUS) if isinstance(value, str) else value
+    except ValueError:
+        return value
+
+
+def _lines(measured: Measured, fit: Calibration) -> Iterator[str]:
+    size, unit = (1.0, "mm") if MOTIONS.index(measured.motion) < 3 else (float(np.degrees(1.0)), "°")
+    values = size * measured.values
+    for name, value, half in zip(fit.names, fit.values, fit.half, strict=True):
+        yield f"{WORDS[name]}: {value:+.3g} ± {half:.2g} {PARAMETERS[name]} (95 %)"
+    for one, other in fit.together:
+        yield f"this curve does not tell {WORDS[one]} and {WORDS[other]} apart; fit one of them"
+    yield f"{motion_word(measured.motion, 1.0)} in {unit}: measured, as designed, calibrated"
+    pressures = list(measured.pressures.items())
+    for k, row in enumerate(zip(values, size * fit.before, size * fit.after, strict=True)):
+        at = ", ".join(f"{name} {1e3 * each[k]:.4g} kPa" for name, each in pressures)
+        yield f"  {at:<20}" + "".join(f"{each:>10.3f}" for each in row)
+    for word, curve in (("as designed", fit.before), ("calibrated", fit.after)):
+        rms = float(np.sqrt(np.mean((size * curve - values) ** 2)))
+        yield f"root mean square of the differences, {word}: {rms:.3g} {unit}"

@@ -1,0 +1,92 @@
+"""Measured curves of bodies: a motion of the tip at pressures, from a text file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.errors import ProblemError
+from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.delimited import read_delimited
+from pneumorph.units import ANGLE, LENGTH, PRESSURE, Kind, parse
+
+_TITLE = re.compile(
+    r"(?P<name>.*?)[\s_]*(?:[(\[]\s*(?P<in>[^()\[\]]+?)\s*[)\]]|_(?P<tail>kpa|m?bar|psi|pa|[cm]?m|deg|rad))?",
+    re.IGNORECASE,
+)
+"""Name and unit of a column."""
+
+EXAMPLE = '"pressure A (kPa), extension (mm)" or "pressure_kPa, bending_y_deg"'
+
+LEAST = 3
+"""Points of a curve."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured curve.
+
+    Attributes
+    ----------
+    pressures : {chamber: (n,)} MPa
+        Of the chambers that have a column.
+    motion : str
+        One of `MOTIONS`.
+    values : (n,) mm or rad
+    """
+
+    pressures: dict[str, np.ndarray]
+    motion: str
+    values: np.ndarray
+
+
+def read_measured(path: Path, chambers: Sequence[str]) -> Measured:
+    """Read a curve from a text file with a line of titles, such as those of `EXAMPLE`.
+
+    Parameters
+    ----------
+    path : the file.
+    chambers : names; a column "pressure" is that of all of them.
+
+    Raises
+    ------
+    ProblemError
+        If titles or numbers are missing, or units are unknown.
+    """
+    table = read_delimited(path)
+    pressures: dict[str, np.ndarray] = {}
+    motions: dict[str, np.ndarray] = {}
+    for column, title in enumerate(table.titles):
+        match = _TITLE.fullmatch(title.strip())
+        name, unit = (match["name"].strip(), match["in"] or match["tail"] or "") if match else (title, "")
+        plain = re.sub(r"[\s_]+", "_", name.lower())
+        if plain == "pressure" or plain.startswith("pressure_"):
+            of = [each for each in chambers if plain in ("pressure", f"pressure_{each.lower()}")]
+            if not of:
+                raise ProblemError(f'{path}: "{title}": there is no such chamber; there are {", ".join(chambers)}')
+            pressures |= dict.fromkeys(of, _in(path, title, unit, PRESSURE) * np.array(table.numbers(column)))
+        elif plain in MOTIONS:
+            kind = LENGTH if MOTIONS.index(plain) < 3 else ANGLE
+            motions[plain] = _in(path, title, unit, kind) * np.array(table.numbers(column))
+    if not pressures or len(motions) != 1:
+        found = ", ".join(f'"{title}"' for title in table.titles if title) or "none"
+        raise ProblemError(
+            f"{path}: needs titles of a pressure and of one motion of {', '.join(MOTIONS)}, such as {EXAMPLE}; "
+            f"its titles are {found[:160]}"
+        )
+    ((motion, values),) = motions.items()
+    if len(values) < LEAST:
+        raise ProblemError(f"{path}: has {len(values)} points; give at least {LEAST}")
+    return Measured(pressures, motion, values)
+
+
+def _in(path: Path, title: str, unit: str, kind: Kind) -> float:
+    """One of the unit of a title, in that of the code."""
+    try:
+        return parse(f"1 {unit}", kind)
+    except ValueError as error:
+        raise ProblemError(f'{path}: "{title}": {error}') from None

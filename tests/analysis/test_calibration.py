@@ -1,0 +1,77 @@
+"""Parameters found from curves that were computed with them."""
+
+import numpy as np
+import pytest
+from texts import TWO_BESIDE, problem_text
+
+from pneumorph.analysis.calibration import UNITS, Curve, _Fit, calibrate
+from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.problem import loads
+
+TASK = """
+[gravity]
+direction = [-1, 0, 0]
+[[task]]
+name = "bend"
+pressure = { A = "12 kPa", B = "0 kPa" }
+objective = { motion = "bending_y" }
+"""
+PRESSURES = np.outer(np.linspace(0.0, 0.06, 7), [1.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def body():
+    problem = loads(problem_text(TASK, chambers=TWO_BESIDE, radius=10)).with_changes({"mesh.size": "8 mm"})
+    return problem, starting_body(problem.tubes)
+
+
+@pytest.fixture(scope="module")
+def curve(body):
+    """What a body that is 15 % stiffer, has 0.2 mm more rubber and 1 kPa more pressure would show."""
+    problem, start = body
+    fit = _Fit.of(problem, start, problem.task[0], Curve(PRESSURES, "bending_y", np.zeros(len(PRESSURES))))
+    return fit.moved(fit.begun(), np.array([0.15, 0.2, 0.001])).values
+
+
+def test_what_a_curve_was_computed_with_is_found(body, curve):
+    problem, start = body
+    found = calibrate(
+        problem, start, problem.task[0], Curve(PRESSURES, "bending_y", curve), ("modulus", "wall", "pressure")
+    )
+    np.testing.assert_allclose(found.values, [15.0, 0.2, 1.0], rtol=1e-3)
+    np.testing.assert_allclose(found.after, curve, atol=1e-7 * np.abs(curve).max())
+    assert np.abs(found.before - curve).max() > 0.05 * np.abs(curve).max()
+    assert found.factor == pytest.approx(1.15, rel=1e-4)
+
+
+def test_intervals_have_the_modulus_in_95_of_100_noisy_curves(body, curve):
+    """With noise of 2 %; near the truth the fit is linear, so that its intervals are those of least squares."""
+    problem, start = body
+    random, hits = np.random.default_rng(0), 0
+    fit = _Fit.of(problem, start, problem.task[0], Curve(PRESSURES, "bending_y", curve))
+    there = fit.moved(fit.begun(), np.array([0.15, 0.2, 0.001]))
+    noise = 0.02 * np.abs(curve).max()
+    measured = curve + noise * random.standard_normal((100, len(curve)))
+    slopes = there.slopes(("modulus",), 0.15) * UNITS["%"]
+    for each in measured:
+        step = np.linalg.lstsq(slopes, each - curve, rcond=None)[0]
+        rest = each - curve - slopes @ step
+        half = 2.45 * np.sqrt(rest @ rest / (len(curve) - 1) / float(np.sum(slopes**2)))
+        hits += abs(step[0]) <= half
+    assert hits >= 90
+
+
+def test_a_flat_curve_determines_nothing(body):
+    problem, start = body
+    few = Curve(PRESSURES[:1], "bending_y", np.zeros(1))
+    with pytest.raises(ComputationError, match="modulus"):
+        calibrate(problem, start, problem.task[0], few, ("modulus", "wall"))
+
+
+def test_bodies_in_contact_are_refused(body):
+    problem, start = body
+    plane = '[[obstacle]]\nname = "floor"\nkind = "plane"\npoint = ["0 mm", "0 mm", "-1 mm"]\nnormal = [0, 0, 1]\n'
+    touching = loads(problem_text(TASK + plane, chambers=TWO_BESIDE, radius=10))
+    with pytest.raises(ProblemError, match="contact"):
+        calibrate(touching, start, problem.task[0], Curve(PRESSURES, "bending_y", PRESSURES[:, 0]), ("modulus",))

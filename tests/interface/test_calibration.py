@@ -1,0 +1,75 @@
+"""Curves in files, and the problem with the rubber that was found."""
+
+import numpy as np
+import pytest
+from texts import problem_text
+from typer.testing import CliRunner
+
+from pneumorph.cli import app
+from pneumorph.errors import ProblemError
+from pneumorph.interface.calibration import with_moduli
+from pneumorph.problem import load, loads
+from pneumorph.problem.material import elastomer, library
+from pneumorph.problem.measured import read_measured
+
+TASK = '[[task]]\nname = "extend"\npressure = { A = "40 kPa" }\nobjective = { motion = "extension" }\n'
+
+
+def test_the_command_writes_a_problem_that_shows_the_measured_curve(tmp_path):
+    source, stiffer = tmp_path / "tube.toml", tmp_path / "stiffer.toml"
+    source.write_text(loads(problem_text(TASK)).with_changes({"mesh.size": "8 mm"}).to_toml())
+    stiffer.write_text(with_moduli(load(source), 1.25).to_toml())
+    runner = CliRunner()
+    swept = tmp_path / "swept.csv"
+    done = runner.invoke(app, ["simulate", str(stiffer), "--pressure", "A=0:40:10kPa", "--csv", str(swept)])
+    assert done.exit_code == 0, done.output
+    rows = np.genfromtxt(swept, delimiter=",", names=True)
+    curve = tmp_path / "curve.csv"
+    points = [f"{row['pressure_A_kPa']:.9g},{row['translation_z_mm']:.12g}" for row in rows]
+    curve.write_text("\n".join(["pressure_A_kPa,extension_mm", *points]) + "\n")
+    out = tmp_path / "found.toml"
+    done = runner.invoke(app, ["calibrate", str(source), "--measured", str(curve), "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert load(out).material.initial_shear_modulus == pytest.approx(
+        1.25 * load(source).material.initial_shear_modulus, rel=1e-4
+    )
+
+
+@pytest.mark.parametrize("name", list(library()))
+def test_all_moduli_of_a_rubber_are_scaled(name):
+    problem = loads(problem_text(TASK)).model_copy(update={"material": elastomer(name)})
+    twice, once = with_moduli(problem, 2.0).material, problem.material
+    assert twice.initial_shear_modulus == pytest.approx(2 * once.initial_shear_modulus)
+    assert twice.bulk_modulus == pytest.approx(2 * once.bulk_modulus) and twice.density == once.density
+
+
+@pytest.mark.parametrize(
+    ("titles", "motion", "by"),
+    [
+        ("pressure (kPa), extension (mm)", "extension", 1.0),
+        ("Pressure A [bar]; bending_y [deg]", "bending_y", np.radians(1.0)),
+    ],
+)
+def test_titles_and_units_are_read(tmp_path, titles, motion, by):
+    path = tmp_path / "curve.csv"
+    separator = ";" if ";" in titles else ","
+    path.write_text("\n".join([titles, *(separator.join(map(str, (k, 2 * k))) for k in range(4))]))
+    measured = read_measured(path, ["A"])
+    assert measured.motion == motion
+    np.testing.assert_allclose(measured.values, by * np.arange(4) * 2)
+    np.testing.assert_allclose(measured.pressures["A"], (0.1 if "bar" in titles else 1e-3) * np.arange(4))
+
+
+@pytest.mark.parametrize(
+    ("titles", "word"),
+    [
+        ("pressure (kPa), stretch", "motion"),
+        ("pressure C (kPa), extension (mm)", "chamber"),
+        ("pressure (mm), extension (mm)", "mm"),
+    ],
+)
+def test_what_is_no_curve_is_refused(tmp_path, titles, word):
+    path = tmp_path / "curve.csv"
+    path.write_text("\n".join([titles, *(f"{k},{k}" for k in range(4))]))
+    with pytest.raises(ProblemError, match=word):
+        read_measured(path, ["A"])
