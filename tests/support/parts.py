@@ -83,8 +83,8 @@ def part_mesh(asked: Problem) -> TetMesh:
 def solved_both(mesh: TetMesh, plate: bool, mixed: bool, weight: np.ndarray, wrench: np.ndarray):
     """The equilibrium of a part with its configuration and tangent, the whole body, and the equilibrium of that."""
     part = build_model(mesh, SILICONE if mixed else RUBBER, plate, mixed=mixed)
-    carried = {"spring": np.array([0.3, 0.2, 0.5, 10, 20, 5]), "wrench": wrench} if plate else {}
-    acting = build_loads(part, dict.fromkeys(part.chambers, 0.05), weight, **carried)
+    carried = (np.array([0.3, 0.2, 0.5, 10, 20, 5]), wrench) if plate else (None, None)
+    acting = build_loads(part, dict.fromkeys(part.chambers, 0.05), weight, *carried)
     at, tangent = configure(part, mesh.points, acting), Tangent(part)
     found = solve(at, tangent, tolerance=1e-12)
     assert not isinstance(found, NoEquilibrium), found
