@@ -2,12 +2,14 @@
 
 import csv
 import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from texts import EXTEND, problem_text
 
-from pneumorph.cli.simulate import _row
+from pneumorph.cli.steps import Rows
 from pneumorph.interface.design import starting_design
 from pneumorph.problem import load
 from pneumorph.results import SweepStep
@@ -81,16 +83,23 @@ def test_a_quiet_one_prints_nothing(run, tiny, tmp_path):
     assert result.exit_code == 0 and result.output == "" and len(steps_of(tmp_path / "s.json")) == 1
 
 
-def test_rounding_is_printed_as_zero(tiny):
+def test_steps_are_rows_of_numbers_and_rounding_is_printed_as_zero(tiny):
     (task,) = load(tiny).task
+    rows = Rows({"extend": task})
     step = SweepStep(
         "extend", {"A": 0.06}, translation=(-1e-9, 2e-17, 0.1), rotation=(-1e-12, 0.0, 0.0),
         reaction={"shift_x": 9.488e-16, "axial": 2.5, "torsion": -3e-9}, max_stretch=1.1, stable=True,
     )  # fmt: skip
-    assert _row(step, task).plain == (
-        "extend, 60 kPa: tip (0.000, 0.000, 0.100) mm, turned (0.00, 0.00, 0.00)°, shift_x 0 N, axial 2.5 N, "
-        "torsion 0 N·mm, stretch 1.100"
-    )
+    heading, first = (line.plain for line in rows.lines(step))
+    units = ["A kPa", "x mm", "y mm", "z mm", "about x °", "about y °", "about z °", "shift_x N", "axial N"]
+    assert re.split("  +", heading) == ["task", *units, "torsion N·mm", "stretch"]
+    assert first.split() == "extend 60 0.000 0.000 0.100 0.00 0.00 0.00 0 2.5 0 1.100".split()
+    ends = [[word.end() for word in re.finditer(r"\S+(?: \S+)*", line)][1:] for line in (heading, first)]
+    assert ends[0] == ends[1], "numbers end where their headings end"
+    (second,) = rows.lines(replace(step, pressures={"A": 0.07}, buckled={"A": 0.065}))
+    assert second.plain.startswith(first[: len("extend")]) and second.plain.endswith("1.100  buckled at 65 kPa")
+    (failed,) = rows.lines(SweepStep("extend", {"A": 0.08}, converged=False, reason="no state"))
+    assert failed.plain.split() == ["extend", "80", "no", "state"] and failed.style == "red"
 
 
 def test_titles_of_blocked_motions(tiny):

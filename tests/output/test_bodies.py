@@ -94,7 +94,7 @@ def test_all_tasks_together_and_planes_by_name(problem):
     [
         (3, ["extension"], "cut yz at x = -3 mm"),
         (3, ["bending_x", "bending_y"], "cut yz at x = -3 mm"),
-        (3, ["bending_y"], "cut xz"),
+        (3, ["bending_y"], "cut 30° from xz, 3 mm off the axis"),
         (4, ["extension"], "cut xz"),
         (6, ["bending_y"], "cut xz"),
     ],
@@ -107,6 +107,14 @@ def test_a_body_of_several_chambers_is_cut_through_as_many_as_can_be(copies, mot
         text += f'[[task]]\nname = "{motion}"\npressure = {{ {pressures} }}\n'
         text += f'objective = {{ kind = "maximize", motion = "{motion}" }}\n'
     assert str(view_of(loads(text + '[mesh]\nsize = "3 mm"\n'))) == cut
+
+
+def test_an_arm_that_lifts_is_cut_through_two_of_its_chambers_and_seen_from_the_side():
+    problem = loads(text_of("arm"))
+    lift, aside = (task_view(problem, task, task_result()) for task in problem.task)
+    assert problem.body.opened(lift.normal, lift.offset) > 1.9 * problem.body.opened(np.array([0.0, 1.0, 0.0]), 0.0)
+    assert abs(lift.axes()[2] @ [0.0, 1.0, 0.0]) > 0.95, "the bending is seen across its plane"
+    assert str(aside) == "cut yz at x = 3 mm"
 
 
 @pytest.mark.parametrize(("example", "cut"), [("hand", "cut xz"), ("gripper", "cut yz")])

@@ -134,3 +134,5 @@ def test_captions_tell_what_members_do_not_share():
     # Members of other base problems may have the same changes.
     assert captions(members({"mesh.size": "3 mm"}, {"mesh.size": "3 mm"})) == ["m0", "m1"]
     assert captions(members({"body.ripple": False}, {})) == ["ripple: none", "m1"]
+    changes = {"end_effector.force": ["0 N", "1 N", "0 N"], "body.symmetry": {"mirror": ["xz"]}}
+    assert captions(members(changes, {}))[0] == "force: 0 N, 1 N, 0 N\nsymmetry: xz"

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
-
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -87,30 +85,14 @@ def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Tab
     return table
 
 
-class Place(NamedTuple):
-    """Where a limit is nearest: the surface, and the point (3,) on it at rest, mm."""
-
-    surface: str
-    point: tuple[float, float, float]
-
-    def __str__(self) -> str:
-        # Rounded before it is written, so that no -0.0 is shown.
-        return f"{self.surface} ({', '.join(f'{round(part, 1) + 0.0:.1f}' for part in self.point)})"
-
-
-def place_of(reading: LimitReading) -> Place:
-    """Where the worst value of a limit is."""
-    return Place(reading.surface, reading.point)
-
-
 def limits_table(
     readings: tuple[LimitReading, ...], of_states: Iterable[tuple[Limit, float | None, float]] = ()
 ) -> Table:
-    """Every limit: its worst value, what it must be, and where the worst value is; marked if it is not kept.
+    """Every limit: its worst value, what it must be, and where the worst value is at rest; marked if it is not kept.
 
     Limits that nobody has asked for, such as that no surface folds onto itself, are shown only if they are not kept.
     """
-    table = _table("limit", "worst", "must be", "position at rest (mm)")
+    table = _table("limit", "worst", "must be", "on", "x mm", "y mm", "z mm")
     for reading in readings:
         limit = BY_NAME[reading.limit]
         if limit.key is None and reading.satisfied():
@@ -122,13 +104,15 @@ def limits_table(
             style="" if kept else "red",
         )
         bound = f"{'≥' if limit.at_least else '≤'} {reading.bound:g}{unit}"
-        table.add_row(limit.word, worst, bound, str(place_of(reading)))
+        # Rounded before it is written, so that no -0.0 is shown.
+        place = (Text(f"{round(part, 1) + 0.0:.1f}", justify="right") for part in reading.point)
+        table.add_row(limit.word, worst, bound, reading.surface, *place)
     for limit, value, bound in of_states:
         kept = value is not None and limit.satisfied(value, bound)
         shown = "–" if value is None else f"{without_rounding(value):.3g}{limit.suffix}"
         worst = Text(shown if kept else f"{shown} {MARK}", style="" if kept else "red")
         asked = f"{'≥' if limit.at_least else '≤'} {bound:g}{limit.suffix}"
-        table.add_row(limit.word, worst, asked, "in the states of the tasks")
+        table.add_row(limit.word, worst, asked, "all tasks")
     return table
 
 

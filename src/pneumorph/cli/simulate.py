@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
@@ -17,16 +16,13 @@ from pneumorph import atomic, compiling
 from pneumorph.analysis import Curve
 from pneumorph.analysis.pressures import held_values
 from pneumorph.cli.source import design_of
+from pneumorph.cli.steps import Rows
 from pneumorph.cli.trust import asking
 from pneumorph.doing import announce, doing, said
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
-from pneumorph.mechanics import COMPONENTS
-from pneumorph.output.format import SELF_INTERSECTS, format_pressures, part_note
-from pneumorph.problem import Task
-from pneumorph.problem.components import is_turn
-from pneumorph.results import SweepStep
+from pneumorph.output.format import part_note
 
 
 def simulate(
@@ -102,7 +98,7 @@ def simulate(
     console.print(Text(size), soft_wrap=True)
     for other, same in simulation.left_out.items():
         console.print(Text(f"task {other} is left out: its loads here are those of task {same}"), soft_wrap=True)
-    tasks = {each.name: each for each in design.problem.task}
+    rows = Rows({each.name: each for each in design.problem.task})
     curves: list[Curve] = []
     stop: Interrupted | None = None
     try:
@@ -110,7 +106,8 @@ def simulate(
             far(f"step 1 of {simulation.count}")
             for number, step in enumerate(simulation.run(curves), start=1):
                 far(f"step {min(number + 1, simulation.count)} of {simulation.count}")
-                console.print(_row(step, tasks[step.task]), soft_wrap=True)
+                for line in rows.lines(step):
+                    console.print(line, soft_wrap=True)
                 said()
                 progress.advance(progress.task_ids[0])
     except Interrupted as error:
@@ -161,54 +158,6 @@ def _progress(console: Console, total: int) -> Progress:
     progress.disable = not console.is_terminal
     progress.add_task("", total=total)
     return progress
-
-
-LEAST = 1e-6
-"""Forces in N, and a tenth of torques in N·mm, below which a reaction is rounding."""
-
-
-def _row(step: SweepStep, task: Task) -> Text:
-    moved = "".join(f", {name} moved by {_vector(by, 3)} mm" for name, by in step.moves.items())
-    moved += "".join(f", {name} turned by {_vector(np.degrees(by), 2)}°" for name, by in step.turns.items())
-    moved += "".join(f", {name} held at {_held(name, at)}" for name, at in step.holds.items())
-    head = f"{step.task}, {format_pressures(step.pressures)}{moved}: "
-    if not step.converged:
-        return Text(head + step.reason, style="red")
-    parts = [f"tip {_vector(step.translation, 3)} mm", f"turned {_vector(np.degrees(step.rotation), 2)}°"]
-    for error in task.objective.errors(step.errors):
-        parts.append(f"{error.word} {error}")
-    for name, value in step.reaction.items():
-        turns = name in COMPONENTS[3:]
-        shown = 0.0 if abs(value) < (10 * LEAST if turns else LEAST) else value
-        parts.append(f"{name} {shown:.4g} {'N·mm' if turns else 'N'}")
-    for name, force in step.contact.items():
-        if max(map(abs, force)) >= LEAST:
-            parts.append(f"force on {name} {_vector(force, 4)} N, contact area {step.contact_area[name]:.3g} mm²")
-    for name, by in step.pose_translations.items():
-        turned = _vector(np.degrees(step.pose_rotations[name]), 2)
-        parts.append(f"{name} moves by {_vector(by, 3)} mm, turned {turned}°")
-    if step.self_contact >= LEAST:
-        parts.append(f"self-contact {step.self_contact:.4g} N")
-    beyond = ", beyond the range of the rubber's parameters" if step.beyond_validity else ""
-    parts.append(f"stretch {step.max_stretch:.3f}{beyond}")
-    if step.buckled:
-        parts.append(f"buckled at {format_pressures(step.buckled)}")
-    if not step.stable:
-        parts.append("not stable: the body would buckle")
-    if step.self_intersecting:
-        parts.append(SELF_INTERSECTS)
-    doubtful = beyond or not step.stable or step.self_intersecting
-    return Text(head + ", ".join(parts), style="yellow" if doubtful else "")
-
-
-def _vector(parts: Iterable[float], digits: int) -> str:
-    """Three numbers, rounded before they are written, so that no -0.000 is shown."""
-    return f"({', '.join(f'{round(float(part), digits) + 0.0:.{digits}f}' for part in parts)})"
-
-
-def _held(component: str, value: float) -> str:
-    """Where a motion of the plate is held."""
-    return f"{np.degrees(value):.4g}°" if is_turn(component) else f"{value:.4g} mm"
 
 
 def _check(option: str, path: Path | None) -> list[Path]:

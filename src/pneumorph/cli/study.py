@@ -15,7 +15,6 @@ from pneumorph import compiling, doing
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.interrupts import Interrupted, deferred
-from pneumorph.output.format import format_duration
 from pneumorph.output.render import NoPicture
 from pneumorph.output.study_page import write_study_page
 from pneumorph.results import HistoryEntry
@@ -23,6 +22,7 @@ from pneumorph.run import open_run
 from pneumorph.study import Study, load_study, write_sheet, write_summary
 from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import MemberEnd, finished
+from pneumorph.study.summary import motions
 
 
 def study(
@@ -138,6 +138,7 @@ class Board:
     def __init__(self, study: Study, done: list[str]):
         self._study = study
         self._state = {member.name: "done earlier" if member.name in done else "waiting" for member in study.members}
+        self._reason: dict[str, str] = {}
         self._latest: dict[str, HistoryEntry] = {}
         self._seconds = dict.fromkeys(self._state, 0.0)
 
@@ -149,13 +150,14 @@ class Board:
 
     def end(self, end: MemberEnd) -> None:
         """Show how a member ended."""
-        self._state[end.name] = f"done: {end.reason}" if end.completed else f"failed: {end.reason}"
+        self._state[end.name] = "done" if end.completed else "failed"
+        self._reason[end.name] = f": {end.reason}"
 
     def line(self, name: str) -> str:
         """The state of a member in a line."""
         entry, state = self._latest.get(name), self._state[name]
         if entry is None or state != "running":
-            return f"{name}: {state}"
+            return f"{name}: {state}{self._reason.get(name, '')}"
         return f"{name}: design {entry.iteration}, {self._motions(name, entry)}, limits {_limits(entry)}"
 
     def _motions(self, name: str, entry: HistoryEntry) -> str:
@@ -163,19 +165,29 @@ class Board:
         return ", ".join(str(task.objective.achieved(entry.tasks[task.name])) for task in member.problem.task)
 
     def __rich__(self) -> Table:
+        """A column for each motion, with its unit in the heading."""
+        found = {
+            member.name: motions(member.problem, self._latest[member.name])
+            for member in self._study.members
+            if member.name in self._latest
+        }
+        columns = list(dict.fromkeys(heading for row in found.values() for heading in row))
         table = Table(title=printable(self._study.title), title_style="bold")
-        for heading in ("member", "design", "motion", "limits", "time", "state"):
-            table.add_column(heading, overflow="fold")
+        table.add_column("member", overflow="fold")
+        for heading in ("design", *columns, "time (s)"):
+            table.add_column(heading, overflow="fold", justify="right")
+        table.add_column("limits")
+        table.add_column("state")
         for member in self._study.members:
             entry, state = self._latest.get(member.name), self._state[member.name]
-            style = "red" if state.startswith("failed") else "green" if state.startswith("done") else ""
-            if entry is None:
-                table.add_row(member.name, "", "", "", "", Text(state, style=style))
-                continue
-            motions = self._motions(member.name, entry)
-            limits = Text(_limits(entry), style="" if entry.held else "red")
-            spent = format_duration(self._seconds[member.name])
-            table.add_row(member.name, str(entry.iteration), motions, limits, spent, Text(state, style=style))
+            style = {"failed": "red", "done": "green", "done earlier": "green"}.get(state, "")
+            cells = [""] * (len(columns) + 3)
+            if entry is not None:
+                values = (found[member.name].get(heading) for heading in columns)
+                numbers = ("" if value is None else f"{value:.4g}" for value in values)
+                limits = Text(_limits(entry), style="" if entry.held else "red")
+                cells = [str(entry.iteration), *numbers, f"{self._seconds[member.name]:.0f}", limits]
+            table.add_row(member.name, *cells, Text(state, style=style))
         return table
 
 

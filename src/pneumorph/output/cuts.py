@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -19,6 +22,9 @@ NORMALS = {"yz": (-1.0, 0.0, 0.0), "xz": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, -1.0)
 NEAR = np.radians(2.0)
 """A plane that is nearer to xz or yz is taken for it."""
 
+ASKEW = np.radians(45.0)
+"""How far a plane through two chambers may be turned from the one in which a body bends."""
+
 
 def view_of(problem: Problem) -> View:
     """The view of all tasks together, cut open at chambers: of the plane, xz or yz, in which they bend most.
@@ -31,7 +37,7 @@ def view_of(problem: Problem) -> View:
         axis = task.objective.bends(problem.body.length)
         about += 0.0 if axis is None or not axis.any() else np.abs(axis) / np.abs(axis).sum()
     if abs(about[0] - about[1]) > 1e-9:
-        return _through_chambers(problem, np.array(NORMALS["yz" if about[0] > about[1] else "xz"]))
+        return _bent_across(problem, np.array(NORMALS["yz" if about[0] > about[1] else "xz"]))
     normals = {plane: np.array(NORMALS[plane]) for plane in ("xz", "yz")}
     mirrors = [normals[plane] for plane in normals if plane in problem.body.symmetry.mirror]
     mirrors = [normal for normal in mirrors if problem.body.opened(normal, 0.0) > 0.0]
@@ -49,7 +55,7 @@ def task_view(problem: Problem, task: Task, result: TaskResult) -> View:
         axis = longer(np.array(result.rotation[:2]), LEAST)
     if axis is None or not axis.any():
         return view_of(problem)
-    return _through_chambers(problem, _normal(axis))
+    return _bent_across(problem, _normal(axis))
 
 
 def asked_view(problem: Problem, cut: Cut, at: float | None = None) -> View:
@@ -76,15 +82,49 @@ def _normal(axis: np.ndarray) -> np.ndarray:
     return sign * np.array([x, y, 0.0])
 
 
-def _through_chambers(problem: Problem, *normals: np.ndarray) -> View:
-    """The cut across one of the normals that opens most of the chambers; of equal ones that nearest to the axis."""
+def _bent_across(problem: Problem, normal: np.ndarray) -> View:
+    """The cut of a body that bends across this normal (3,).
 
-    def order(cut: View) -> tuple[float, float, float]:
+    A plane through two chambers that is turned a little is taken if it opens more of them, unless the plane of bending
+    is a mirror plane of the body.
+    """
+    mirrored = any(abs(normal @ NORMALS[plane]) > 1.0 - 1e-9 for plane in problem.body.symmetry.mirror)
+    return _through_chambers(problem, normal, askew=() if mirrored else _through_two(problem, normal))
+
+
+def _through_chambers(problem: Problem, *normals: np.ndarray, askew: Sequence[View] = ()) -> View:
+    """The cut across one of the normals, or askew, that opens most of the chambers; of equal ones that nearest to the
+    axis, and one across a normal first.
+    """
+
+    def order(cut: View) -> tuple[float, bool, float, float]:
         place = cut.offset or 0.0
         # To three digits: a little more is not worth a plane off the axis.
-        return -float(f"{problem.body.opened(cut.normal, place):.3g}"), abs(place), place
+        opened = float(f"{problem.body.opened(cut.normal, place):.3g}")
+        return -opened, cut in askew, abs(place), place
 
-    return min((View(normal, place) for normal in normals for place in _places(problem, normal)), key=order)
+    return min(
+        (*(View(normal, place) for normal in normals for place in _places(problem, normal)), *askew), key=order
+    )
+
+
+def _through_two(problem: Problem, normal: np.ndarray) -> list[View]:
+    """The cuts along the axis through the middles of two chambers, seen as nearly along a normal (3,) as can be."""
+    middles = np.column_stack([np.mean(problem.body.across(along), axis=1) for along in np.eye(3)[:2]])
+    cuts = []
+    for one, other in combinations(middles, 2):
+        along = other - one
+        if np.linalg.norm(along) < 1e-6:
+            continue
+        own = _normal(np.array(along[::-1] * [-1.0, 1.0]))
+        own *= np.sign(own @ normal) or 1.0
+        if own @ normal < np.cos(ASKEW + 1e-9):
+            continue
+        cut = View(own, float(own[:2] @ one))
+        # Turned back towards the plane of bending.
+        aside = float(normal @ np.cross(own, [0.0, 0.0, 1.0]))
+        cuts.append(replace(cut, turn=-np.sign(aside) * cut.turn if aside else cut.turn))
+    return cuts
 
 
 def _places(problem: Problem, normal: np.ndarray) -> list[float]:

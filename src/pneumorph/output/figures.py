@@ -78,3 +78,9 @@ def line_style(number: int, count: int) -> dict[str, Any]:
         "markeredgecolor": "white",
         "zorder": 2.0 + number / 100,
     }
+
+
+def every(number: int, count: int, designs: int) -> tuple[int, int]:
+    """At which designs one of several lines has markers: lines that coincide have theirs at different ones."""
+    step = max(count, -(-designs // 24))
+    return number * step // count, step

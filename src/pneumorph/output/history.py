@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from pneumorph.limits.table import in_history
-from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
+from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, every, line_style, plain
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.objectives.words import Amount
 from pneumorph.results import HistoryEntry
@@ -46,12 +46,6 @@ def _designs(history: History) -> np.ndarray:
     return np.array([entry.iteration for entry in history])
 
 
-def _every(number: int, count: int, designs: int) -> tuple[int, int]:
-    """At which designs a line has markers: lines that coincide have theirs at different ones."""
-    step = max(count, -(-designs // 24))
-    return number * step // count, step
-
-
 def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
     """Draw one curve per task, with an axis for each unit, the first on the left."""
     shown = {task.name: [task.objective.achieved(entry.tasks[task.name]) for entry in history] for task in problem.task}
@@ -70,9 +64,9 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
         label = f"{name}: {word}" if len(shown) > 1 else word
         label += f" ({unit})" if len(units) > 1 and unit else ""
         values = [motion.value for motion in motions]
-        every = _every(number, len(shown), len(history))
         style = line_style(number, len(shown))
-        handles += scales[unit].plot(_designs(history), values, label=label, markevery=every, **style)
+        at = every(number, len(shown), len(history))
+        handles += scales[unit].plot(_designs(history), values, label=label, markevery=at, **style)
         if motions[-1].target is not None:
             # Of the colour of its curve; the first says what such lines are.
             dotted = {"color": style["color"], "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
@@ -133,8 +127,8 @@ def draw_limits(axes: Axes, problem: Problem, history: History) -> None:
     for number, (limit, key, bound) in enumerate(shown):
         values = [entry.limits.get(key) for entry in history]
         used = np.array([np.nan if value is None else limit.used(value, bound) for value in values])
-        every, style = _every(number, len(shown), len(history)), line_style(number, len(shown))
-        axes.plot(designs, used, label=limit.word, markevery=every, **style)
+        at, style = every(number, len(shown), len(history)), line_style(number, len(shown))
+        axes.plot(designs, used, label=limit.word, markevery=at, **style)
         _tell_peak(axes, designs, used, str(style["color"]))
     axes.axhline(1.0, color="#444444", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
     axes.axhspan(1.0, OVER, color="#d55e00", alpha=0.08, linewidth=0)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, line_style, plain
+from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, every, line_style, plain
 from pneumorph.problem import Problem, Task
 from pneumorph.results import HistoryEntry
 
@@ -58,7 +58,8 @@ def _task(axes: Axes, task: Task, chambers: Sequence[str], history: Sequence[His
     for number, chamber in enumerate(chambers):
         pressure, style = task.pressure[chamber], line_style(number, len(chambers))
         values = [KILO * entry.tasks[task.name].pressures[chamber] for entry in history]
-        axes.plot(designs, values, label=f"chamber {chamber}", **style)
+        at = every(number, len(chambers), len(history))
+        axes.plot(designs, values, label=f"chamber {chamber}", markevery=at, **style)
         if pressure.free:
             # Bounds that all chambers share are grey.
             shade = GREY if len(bounds) == 1 else str(style["color"])

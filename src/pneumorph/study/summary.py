@@ -12,6 +12,8 @@ from typing import Any
 from pneumorph import atomic, units
 from pneumorph.limits.table import BY_NAME
 from pneumorph.output.sheet import Tile, draw_sheet
+from pneumorph.problem import Problem
+from pneumorph.results import HistoryEntry
 from pneumorph.run import open_run
 from pneumorph.study.file import Member, Study
 
@@ -62,11 +64,9 @@ def _row(member: Member, directory: Path) -> dict[str, Any]:
         "reason": None if result is None else result.reason,
         "designs": last.iteration,
     }
-    for task in member.problem.task:
-        motion = task.objective.achieved(last.tasks[task.name])
-        unit = "deg" if motion.unit == "°" else motion.unit
-        key = f"{task.name} {motion.word}" + (f" ({unit})" if unit else "")
-        row[key] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")
+    achieved = motions(member.problem, last)
+    for task, (heading, value) in zip(member.problem.task, achieved.items(), strict=True):
+        row[heading] = value
         for name, pressure in task.pressure.items():
             if pressure.free:
                 row[f"{task.name} pressure {name} (kPa)"] = round(1e3 * last.tasks[task.name].pressures[name], 4)
@@ -81,6 +81,17 @@ def _row(member: Member, directory: Path) -> dict[str, Any]:
     row |= {"limits held": last.held, **{_heading_of(key): value for key, value in last.limits.items()}}
     row["time (s)"] = round(sum(entry.seconds["total"] for entry in history), 1)
     return row
+
+
+def motions(problem: Problem, entry: HistoryEntry) -> dict[str, float]:
+    """What a design achieves in each task, by headings with units, such as "extend extension (mm)"."""
+    found = {}
+    for task in problem.task:
+        motion = task.objective.achieved(entry.tasks[task.name])
+        unit = "deg" if motion.unit == "°" else motion.unit
+        heading = f"{task.name} {motion.word}" + (f" ({unit})" if unit else "")
+        found[heading] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")
+    return found
 
 
 def _heading_of(key: str) -> str:
@@ -137,4 +148,6 @@ def captions(members: Sequence[Member]) -> list[str]:
 def _short(value: Any) -> str:
     if value is False:
         return "none"
-    return ", ".join(map(str, value.values())) if isinstance(value, dict) else str(value)
+    if isinstance(value, dict):
+        value = list(value.values())
+    return ", ".join(map(_short, value)) if isinstance(value, list | tuple) else str(value)

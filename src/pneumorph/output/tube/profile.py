@@ -79,9 +79,10 @@ def profile_figure(start: Body, final: Body, envelope: float | None, words: tupl
         if envelope is not None:
             axes.axhline(envelope, color="#777777", linewidth=0.8, linestyle=":")
         axes.set_title(title, fontsize=TEXT, loc="left", pad=3)
-        axes.set_ylabel("radius / mm", fontsize=TEXT)
         axes.set_aspect("equal", adjustable="box")
         plain(axes)
+    # One label for both panels, which may be lower than it is long.
+    figure.supylabel("radius / mm", fontsize=TEXT)
     lower.set_ylim(0.0, radius)
     lower.set_xlabel("z / mm (base at 0)", fontsize=TEXT)
     figure.legend(
