@@ -103,9 +103,7 @@ def _through_chambers(problem: Problem, *normals: np.ndarray, askew: Sequence[Vi
         opened = float(f"{problem.body.opened(cut.normal, place):.3g}")
         return -opened, cut in askew, abs(place), place
 
-    return min(
-        (*(View(normal, place) for normal in normals for place in _places(problem, normal)), *askew), key=order
-    )
+    return min((*(View(normal, place) for normal in normals for place in _places(problem, normal)), *askew), key=order)
 
 
 def _through_two(problem: Problem, normal: np.ndarray) -> list[View]:

@@ -29,6 +29,9 @@ from pneumorph.output.view import (
 )
 from pneumorph.processes import end_with_input
 
+ADDED: dict[str, Any] = {"render": False, "reset_camera": False}
+"""For everything that is added to a window: it is drawn once, when all is there."""
+
 
 def main() -> None:
     """Read the jobs of a folder, which the argument names, and save the pictures of each once they are drawn."""
@@ -37,8 +40,12 @@ def main() -> None:
     with (folder / JOBS).open("rb") as file:
         jobs: list[Job] = pickle.load(file)
     parts = iter(opened([panel for job in jobs for panel in job.panels]))
+    # One window for all pictures: each window would compile all of its shaders again.
+    plotter = pv.Plotter(off_screen=True, lighting="none")
+    plotter.background_color = pv.Color("white")
+    plotter.enable_anti_aliasing("ssaa")
     for number, job in enumerate(jobs):
-        np.savez(folder / "part.npz", *[draw(job, panel, next(parts)) for panel in job.panels])
+        np.savez(folder / "part.npz", *[draw(plotter, job, panel, next(parts)) for panel in job.panels])
         # Complete once it has its name.
         (folder / "part.npz").rename(folder / drawn_name(number))
 
@@ -61,27 +68,37 @@ def _alike(one: Panel, other: Panel) -> bool:
     return same and one.view.offset == other.view.offset and np.array_equal(one.view.normal, other.view.normal)
 
 
-def draw(job: Job, panel: Panel, parts: Opened) -> np.ndarray:
-    """A picture (height, width, 4) of a body that is cut open; where there is no body it is transparent."""
+def draw(plotter: pv.Plotter, job: Job, panel: Panel, parts: Opened) -> np.ndarray:
+    """A picture (height, width, 4) of a body that is cut open; where there is no body it is transparent.
+
+    Parameters
+    ----------
+    plotter : Plotter
+        What was drawn in its window is removed.
+    job : Job
+        For the colours, and the number of dots.
+    panel : Panel
+    parts : Opened
+        The body of the panel.
+    """
     left, right, bottom, top = panel.extent
-    view, window = panel.view, [int(job.dots * (right - left)), int(job.dots * (top - bottom))]
-    plotter = pv.Plotter(off_screen=True, window_size=window, lighting="none")
-    plotter.background_color = pv.Color("white")
-    skin, face, rim = parts
+    view, skin, face, rim = panel.view, *parts
+    plotter.clear()
+    plotter.render_window.SetSize(int(job.dots * (right - left)), int(job.dots * (top - bottom)))
     field = isinstance(panel.shape, Shape) and panel.shape.field is not None
     plotter.add_mesh(
         skin, **_look(job, field, COLOURS[0]), show_scalar_bar=False, smooth_shading=True, interpolate_before_map=True,
-        ambient=0.4, diffuse=0.6, specular=0.12, specular_power=12,
+        ambient=0.4, diffuse=0.6, specular=0.12, specular_power=12, **ADDED,
     )  # fmt: skip
     across, up, camera = view.axes()
     if face.n_points:
         known = field and cast(Shape, panel.shape).inside
         # The cut is plane: without lighting its colours are those of the scale.
         plotter.add_mesh(
-            face, **_look(job, known, CUT), show_scalar_bar=False, lighting=False, interpolate_before_map=True
+            face, **_look(job, known, CUT), show_scalar_bar=False, lighting=False, interpolate_before_map=True, **ADDED
         )
         # Slightly towards the camera, or the surfaces that meet in the line would hide half of it.
-        plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False)
+        plotter.add_mesh(rim.translate(0.2 * camera), color=RIM, line_width=2.0, lighting=False, **ADDED)
     for covering in panel.coverings:
         _add_covering(plotter, covering, view)
     for obstacle in panel.obstacles:
@@ -89,17 +106,17 @@ def draw(job: Job, panel: Panel, parts: Opened) -> np.ndarray:
         if view.offset is not None:
             mesh = mesh.clip(normal=view.normal, origin=view.offset * view.normal, invert=False)
         if mesh.n_points:
-            plotter.add_mesh(mesh, color=OBSTACLE, opacity=0.45, smooth_shading=False, ambient=0.4, diffuse=0.6)
+            plotter.add_mesh(
+                mesh, color=OBSTACLE, opacity=0.45, smooth_shading=False, ambient=0.4, diffuse=0.6, **ADDED
+            )
     _light(plotter, view)
     focus = (left + right) / 2 * across + (bottom + top) / 2 * up
     plotter.camera_position = [tuple(focus + 1e3 * camera), tuple(focus), tuple(up)]
     plotter.camera.parallel_projection = True
     plotter.camera.parallel_scale = (top - bottom) / 2
     plotter.reset_camera_clipping_range()
-    plotter.enable_anti_aliasing("ssaa")
-    picture = plotter.screenshot(return_img=True, transparent_background=True)
-    plotter.close()
-    return np.asarray(picture)
+    plotter.render()
+    return np.asarray(plotter.screenshot(return_img=True, transparent_background=True))
 
 
 def _add_covering(plotter: pv.Plotter, covering: Covering, view: View) -> None:
@@ -112,10 +129,11 @@ def _add_covering(plotter: pv.Plotter, covering: Covering, view: View) -> None:
     # Slightly towards the camera, like the rim.
     points = covering.points + 0.2 * view.axes()[2]
     if cells.shape[1] == 3:
-        plotter.add_mesh(pv.PolyData.from_regular_faces(points, cells), color=COVERING, opacity=0.35, lighting=False)
+        sheet = pv.PolyData.from_regular_faces(points, cells)
+        plotter.add_mesh(sheet, color=COVERING, opacity=0.35, lighting=False, **ADDED)
         return
     strokes = pv.PolyData(points, lines=np.insert(cells, 0, 2, axis=1).ravel())
-    plotter.add_mesh(strokes, color=COVERING, line_width=1.5, lighting=False)
+    plotter.add_mesh(strokes, color=COVERING, line_width=1.5, lighting=False, **ADDED)
 
 
 def _look(job: Job, field: bool, plain: str) -> dict[str, Any]:
