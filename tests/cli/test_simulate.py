@@ -93,7 +93,20 @@ def test_steps_are_rows_of_numbers_and_rounding_is_printed_as_zero(tiny):
     heading, first = (line.plain for line in rows.lines(step))
     units = ["A kPa", "x mm", "y mm", "z mm", "about x °", "about y °", "about z °", "shift_x N", "axial N"]
     assert re.split("  +", heading) == ["task", *units, "torsion N·mm", "stretch"]
-    assert first.split() == "extend 60 0.000 0.000 0.100 0.00 0.00 0.00 0 2.5 0 1.100".split()
+    assert first.split() == [
+        "extend",
+        "60",
+        "0.000",
+        "0.000",
+        "0.100",
+        "0.00",
+        "0.00",
+        "0.00",
+        "0",
+        "2.5",
+        "0",
+        "1.100",
+    ]
     ends = [[word.end() for word in re.finditer(r"\S+(?: \S+)*", line)][1:] for line in (heading, first)]
     assert ends[0] == ends[1], "numbers end where their headings end"
     (second,) = rows.lines(replace(step, pressures={"A": 0.07}, buckled={"A": 0.065}))

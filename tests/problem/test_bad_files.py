@@ -80,7 +80,8 @@ WRONG = [
     ("[material]", "[materials]", "materials", 'did you mean "material"?'),
     ('[material]\nname = "Hei-Cast 8400"', "", "material", "is missing"),
     ('name = "Hei-Cast 8400"', "", "material.name", 'use one of "Hei-Cast 8400"'),
-    ('name = "Hei-Cast 8400"', 'name = "Ecoflex"', "material.name", 'not in the library; use one of "Hei-Cast 8400"'),
+    ('name = "Hei-Cast 8400"', 'name = "Ecoflex"', "material.name", 'not in the library; did you mean "Ecoflex 00-'),
+    ('name = "Hei-Cast 8400"', 'name = "gum"', "material.name", 'not in the library; use one of "Hei-Cast 8400"'),
     (
         'name = "Hei-Cast 8400"',
         'shear_modulus = "0.49 MPa"\nbulk_modulus = "-4.8 MPa"\ndensity = "1 g/cm^3"',

@@ -68,6 +68,8 @@ STATED = 'density = "1.1 g/cm^3"\n'
         # 0.43 of Gent's 1.147 MPa over three.
         ('shore = "A 30"', 0.43 * 1.14670 / 3, 430 * 1.14670 / 3),
         ('shore = "shore a30"', 0.43 * 1.14670 / 3, 430 * 1.14670 / 3),
+        ('shore = "30A"', 0.43 * 1.14670 / 3, 430 * 1.14670 / 3),
+        ('shore = "A-30"', 0.43 * 1.14670 / 3, 430 * 1.14670 / 3),
     ],
 )
 def test_rubbers_of_which_only_the_stiffness_is_known(keys, shear, bulk):
@@ -100,6 +102,12 @@ def test_the_schema_knows_them(text):
         ('shear_modulus = "100 GPa"\nbulk_modulus = "200 TPa"', "material.shear_modulus", "unit"),
         ('shore = "D 30"', "material.shore", "hard plastics"),
         ('shore = "00 30"', "material.shore", "library"),
+        ('shore = "00-30"', "material.shore", "library"),
+        ('shore = "30 00"', "material.shore", "library"),
+        ('shore = "300"', "material.shore", "A 90"),
+        ('name = "ecoflex  00-30"', "material.name", 'did you mean "Ecoflex 00-30"'),
+        ('name = "RTV 615"', "material.name", '"RTV615"'),
+        ('model = "polynomial"\nc10 = "1 MPa"', "material.model", "mooney-rivlin is a polynomial"),
         ('shore = "A 130"', "material.shore", "A 90"),
         ('shore = 30', "material.shore", "A 30"),
         # The hint is a thousand times the shear modulus, 0.22 MPa.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Iterator
+
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text

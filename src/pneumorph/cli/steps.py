@@ -78,7 +78,9 @@ def given(step: SweepStep) -> list[Cell]:
 def found(step: SweepStep, task: Task) -> list[Cell]:
     """Motion of the tip, distances from the target, forces, motions of free obstacles, and the largest stretch."""
     cells = [*_vector("", step.translation, 3, "mm"), *_vector("about ", np.degrees(step.rotation), 2, "°")]
-    cells += [Cell(f"{error.word} {error.unit}", _fixed(error.value, 2)) for error in task.objective.errors(step.errors)]
+    cells += [
+        Cell(f"{error.word} {error.unit}", _fixed(error.value, 2)) for error in task.objective.errors(step.errors)
+    ]
     for name, value in step.reaction.items():
         turns = name in COMPONENTS[3:]
         shown = 0.0 if abs(value) < (10 * LEAST if turns else LEAST) else value
@@ -108,9 +110,7 @@ def is_doubtful(step: SweepStep) -> bool:
 
 
 def _vector(before: str, parts: Iterable[float], digits: int, unit: str) -> list[Cell]:
-    return [
-        Cell(f"{before}{axis} {unit}", _fixed(part, digits)) for axis, part in zip(AXES, parts, strict=True)
-    ]
+    return [Cell(f"{before}{axis} {unit}", _fixed(part, digits)) for axis, part in zip(AXES, parts, strict=True)]
 
 
 def _fixed(value: float, digits: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import tomllib
 from abc import abstractmethod
 from collections.abc import Iterator
@@ -235,6 +236,12 @@ _PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} -
 BESIDE = ("assumed", "others")
 """Keys in the library that are no keys of [material]: what a source does not give, and what other sources do."""
 
+MOST_COMPARED = 100
+"""Letters of a name that is compared with those of the library."""
+
+SHOWN = 4
+"""Names of the library that a message has: all of them are too many for a line."""
+
 
 @cache
 def library() -> dict[str, dict[str, Any]]:
@@ -287,13 +294,31 @@ def _from_the_library(data: Any) -> Any:
         model = data.get("model", "neo-hookean")
         if not isinstance(model, str) or model not in MODELS:
             shown = f'"{short(model)}"' if isinstance(model, str) else f"a {type(model).__name__}"
-            raise InvalidKey("model", f"{shown} is not a known rubber model; use one of {', '.join(MODELS)}")
+            raise InvalidKey(
+                "model",
+                f"{shown} is not a known rubber model; use one of {', '.join(MODELS)} (mooney-rivlin is a polynomial "
+                "of up to five terms, yeoh a reduced one)",
+            )
         return neo_hookean_table(data)
     if table:
         return {**data, **{key: value for key, value in table.items() if key not in BESIDE}}
     wrong = "is missing" if name is None else f'"{short(name)}" is not in the library'
-    names = ", ".join(f'"{elastomer}"' for elastomer in known)
-    raise InvalidKey("name", f"{wrong}; use one of {names} or give a model, its parameters, bulk_modulus and density")
+    raise InvalidKey("name", f"{wrong}; {_names_like(name)} Or give a model, its parameters, bulk_modulus and density")
+
+
+def _names_like(name: Any) -> str:
+    """Names of the library that are like one that is not in it; else some of all."""
+    names = {each.lower(): each for each in library()}
+    asked = " ".join(name.lower().split()) if isinstance(name, str) and len(name) < MOST_COMPARED else ""
+    like = (
+        [names[asked]]
+        if asked in names
+        else [names[each] for each in difflib.get_close_matches(asked, names, cutoff=0.65)]
+    )
+    if like:
+        return "did you mean " + " or ".join(f'"{each}"' for each in like) + "?"
+    first = ", ".join(f'"{each}"' for each in list(library())[:SHOWN])
+    return f"use one of {first}, … (pneumorph material list)."
 
 
 def _tag(data: Any) -> str:

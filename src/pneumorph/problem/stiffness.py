@@ -59,7 +59,7 @@ def neo_hookean_table(table: dict[Any, Any]) -> dict[Any, Any]:
         )
     if key == "shore":
         shear, source = _of_hardness(table["shore"])
-        rest = {"name": f"Shore {_scale(table['shore'])}", "source": source} | rest
+        rest = {"name": f"Shore A {_scale_and_number(table['shore'])[1]:g}", "source": source} | rest
         ratio = _bulk_over_shear(table, "incompressible")
     else:
         young = _read(key, table[key])
@@ -107,32 +107,36 @@ def _bulk_over_shear(table: dict[Any, Any], otherwise: str | None) -> float:
     return min(2.0 * (1.0 + given) / (3.0 * (1.0 - 2.0 * given) or 1e-9), INCOMPRESSIBLE)
 
 
-def _scale(shore: Any) -> str:
-    """The hardness as it is written."""
-    return " ".join(str(shore).upper().split())
+def _scale_and_number(shore: Any) -> tuple[str, float]:
+    """Scale and number of a hardness as data sheets write it: "A 30", "30A", "Shore A 30", "00-30"; else no scale."""
+    text = " ".join(str(shore).upper().split()).removeprefix("SHORE ")
+    scale, number = r"(?P<scale>A|D|OO|O|00|0)", r"(?P<number>\d+(?:\.\d+)?)"
+    # A number before a scale that begins with a zero is set apart from it.
+    match = re.fullmatch(rf"{scale}[ -]?{number}", text) or re.fullmatch(rf"{number}(?:[ -]|(?=[A-Z])){scale}", text)
+    return (match["scale"], float(match["number"])) if match and isinstance(shore, str) else ("", 0.0)
 
 
 def _of_hardness(shore: Any) -> tuple[float, str]:
     """Shear modulus in MPa of a hardness, and how it was found."""
-    match = re.fullmatch(r"(?:SHORE )?(\S+?) ?(\d+(?:\.\d+)?)", _scale(shore)) if isinstance(shore, str) else None
-    if match and match[1] == "D":
+    scale, hardness = _scale_and_number(shore)
+    if scale == "D":
         raise InvalidKey(
             "shore",
             "is a hardness on the scale D, of hard plastics, which no soft actuator is made of; give the hardness on "
             'the scale A, e.g. shore = "A 30", or youngs_modulus and poisson',
         )
-    if match and match[1] in ("00", "OO", "0", "O"):
+    if scale in ("00", "OO", "0", "O"):
         raise InvalidKey(
             "shore",
-            f"{match[1]} is a scale without a relation to a modulus that soft silicones keep to; take a rubber of the "
+            f"{scale} is a scale without a relation to a modulus that soft silicones keep to; take a rubber of the "
             "library (pneumorph material list), or give shear_modulus",
         )
-    if match is None or match[1] != "A" or not 5.0 <= float(match[2]) <= 90.0:
+    if scale != "A" or not 5.0 <= hardness <= 90.0:
         raise InvalidKey("shore", f'"{short(str(shore))}" is no hardness from A 5 to A 90; write e.g. shore = "A 30"')
     middle, least, most = MEASURED
     low, high = (100.0 * (end / middle - 1.0) for end in (least, most))
     return (
-        middle * gent(float(match[2])) / 3.0,
-        f"Shore A {match[2]}: {middle:g} times Gent's relation (1958), the median of ten silicones measured by "
+        middle * gent(hardness) / 3.0,
+        f"Shore A {hardness:g}: {middle:g} times Gent's relation (1958), the median of ten silicones measured by "
         f"Marechal et al., Soft Robotics 8 (2021) 284; single ones are from {low:.0f} % to +{high:.0f} % of it",
     )
