@@ -119,6 +119,7 @@ def limits_table(
 
 def _table(*titles: str) -> Table:
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
-    for title in titles:
-        table.add_column(title, overflow="fold")
+    for number, title in enumerate(titles):
+        # Narrow screens fold what rows say, not their names.
+        table.add_column(title, overflow="fold", no_wrap=number == 0)
     return table

@@ -118,7 +118,7 @@ def _through_two(problem: Problem, normal: np.ndarray) -> list[View]:
         own *= np.sign(own @ normal) or 1.0
         if own @ normal < np.cos(ASKEW + 1e-9):
             continue
-        cut = View(own, float(own[:2] @ one))
+        cut = View(own, round(float(own[:2] @ one), 6))
         # Turned back towards the plane of bending.
         aside = float(normal @ np.cross(own, [0.0, 0.0, 1.0]))
         cuts.append(replace(cut, turn=-np.sign(aside) * cut.turn if aside else cut.turn))

@@ -58,7 +58,7 @@ def run_pictures(run: RunDirectory) -> Pictures:
             # Its layout is the same in every format, and found once.
             if engine := figure.get_layout_engine():
                 engine.execute(figure)
-                figure.set_layout_engine("none")
+                figure.set_layout_engine(None)
             for suffix in PLOTS:
                 paths.append(folder / f"{name}.{suffix}")
                 save(figure, paths[-1])
