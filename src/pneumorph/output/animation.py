@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from PIL import Image
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import cg
@@ -19,7 +20,7 @@ from pneumorph.geometry import Body
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh import TetMesh
 from pneumorph.output import render
-from pneumorph.output.bodies import Layout, compose, draw_panel, job_of, lay_out, title_lines
+from pneumorph.output.bodies import Layout, compose, job_of, lay_out, title_lines
 from pneumorph.output.cuts import task_view, view_of
 from pneumorph.output.figures import COLUMN
 from pneumorph.output.format import format_pressures
@@ -80,24 +81,10 @@ class Film:
     def frames(self, pictures: Sequence[np.ndarray]) -> Frames:
         """The frames, with the pictures of its job."""
         lines = max(title_lines(scene, self.layout) for scene in self.scenes)
-        figure = compose(self.scenes[:1], self.layout, pictures[:1], self.stretch, self.title, lines)
-        figure.set_dpi(DOTS)
-        canvas, body = FigureCanvasAgg(figure), figure.axes[0]
-        # All but the body is the same in every frame, and drawn once.
-        body.set_visible(False)
-        canvas.draw()
-        background = canvas.copy_from_bbox(figure.bbox)
-        body.set_visible(True)
-        way = []
-        for scene, picture, extent, seconds in zip(
-            self.scenes, pictures, self.layout.extents, self.seconds, strict=True
-        ):
-            stop_if_asked()
-            body.clear()
-            draw_panel(body, scene, picture, extent, self.layout.size[0])
-            canvas.restore_region(background)
-            figure.draw_artist(body)
-            way.append((Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"), seconds))
+        way = [
+            (_drawn(compose([scene], self.layout, [picture], self.stretch, self.title, lines)), seconds)
+            for scene, picture, seconds in zip(self.scenes, pictures, self.seconds, strict=True)
+        ]
         return [*way, *way[-2:0:-1]] if self.back else way
 
     def drawn(self) -> Frames:
@@ -173,6 +160,14 @@ def save_gif(path: Path, frames: Frames) -> None:
     content = BytesIO()
     first.save(content, "GIF", save_all=True, append_images=others, duration=times, loop=0, optimize=False)
     write_bytes(path, content.getvalue())
+
+
+def _drawn(figure: Figure) -> Image.Image:
+    stop_if_asked()
+    figure.set_dpi(DOTS)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def _way(problem: Problem, fields: Fields, result: TaskResult, name: str) -> Iterator[tuple[dict[str, float], Shape]]:

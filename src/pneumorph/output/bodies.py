@@ -175,6 +175,7 @@ def compose(
     coloured = any(getattr(scene.shape, "field", None) is not None for scene in scenes)
     total = layout.columns * wide + (SIDE if coloured else 0.1)
     rows = -(-len(scenes) // layout.columns)
+    titles = [panel_title(scene, wide) for scene in scenes]
     above = 0.08 + line_height(SMALL) * max(lines, *(title_lines(scene, layout) for scene in scenes))
     heading = textwrap.fill(title, max(12, int(total / BOLD)))
     head = line_height(TEXT) * (heading.count("\n") + 1) + 0.06 if title else 0.0
@@ -186,7 +187,8 @@ def compose(
         line, column = divmod(number, layout.columns)
         bottom = height - head - line * row - above - high
         axes = figure.add_axes((column * wide / total, bottom / height, wide / total, high / height))
-        draw_panel(axes, scene, picture, layout.extents[number], wide)
+        draw_scene(axes, scene, picture, layout.extents[number])
+        axes.set_title(titles[number], fontsize=SMALL, color=INK, pad=3)
         draw_strip(
             figure.add_axes((column * wide / total, (bottom - STRIP) / height, wide / total, STRIP / height)),
             scene, wide, layout.scale if number == 0 else None,
@@ -240,20 +242,6 @@ def panel_title(scene: Scene, wide: float) -> str:
 def title_lines(scene: Scene, layout: Layout) -> int:
     """How many lines the title of a panel takes."""
     return panel_title(scene, layout.size[0]).count("\n") + 1
-
-
-def draw_panel(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray, wide: float) -> None:
-    """Draw a picture with its marks and its title.
-
-    Parameters
-    ----------
-    axes, scene, picture, extent
-        As for `draw_scene`.
-    wide : float
-        Width of the panel, inches.
-    """
-    draw_scene(axes, scene, picture, extent)
-    axes.set_title(panel_title(scene, wide), fontsize=SMALL, color=INK, pad=3)
 
 
 def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray) -> None:

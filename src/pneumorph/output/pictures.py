@@ -56,9 +56,8 @@ def run_pictures(run: RunDirectory) -> Pictures:
         for name, figure in _plots(run, history):
             far(name)
             # Its layout is the same in every format, and found once.
-            if engine := figure.get_layout_engine():
-                engine.execute(figure)
-                figure.set_layout_engine(None)
+            figure.draw_without_rendering()
+            figure.set_layout_engine(None)
             for suffix in PLOTS:
                 paths.append(folder / f"{name}.{suffix}")
                 save(figure, paths[-1])
