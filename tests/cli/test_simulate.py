@@ -158,7 +158,7 @@ def test_a_filled_chamber(run, tiny, tmp_path):
 def test_a_held_angle_is_told_by_the_command(run, tiny):
     result = run("simulate", tiny, "--block", "bending_y=10deg", "--pressure", "A=0kPa")
     assert result.exit_code == 0, result.output
-    assert "bending_y held at 10°" in result.output and "bending_y -" in result.output
+    assert "bending_y held °" in result.output and "bending_y N·mm" in result.output
     refused = run("simulate", tiny, "--block", "all=1mm")
     assert refused.exit_code == 2 and "give each motion its own" in refused.stderr
     refused = run("simulate", tiny, "--block", "axial=3deg")

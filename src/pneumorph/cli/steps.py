@@ -66,8 +66,8 @@ def given(step: SweepStep) -> list[Cell]:
     """Pressures, and where obstacles and the plate are held."""
     return [
         *(Cell(f"{name} kPa", f"{1e3 * value:.4g}") for name, value in sorted(step.pressures.items())),
-        *(cell for name, by in step.moves.items() for cell in _vector(f"{name} ", by, 3, "mm")),
-        *(cell for name, by in step.turns.items() for cell in _vector(f"{name} about ", np.degrees(by), 2, "°")),
+        *(cell for name, by in step.moves.items() for cell in _vector(f"{name} moved ", by, 3, "mm")),
+        *(cell for name, by in step.turns.items() for cell in _vector(f"{name} turned ", np.degrees(by), 2, "°")),
         *(
             Cell(f"{name} held {'°' if is_turn(name) else 'mm'}", f"{np.degrees(at) if is_turn(name) else at:.4g}")
             for name, at in step.holds.items()
@@ -90,7 +90,7 @@ def found(step: SweepStep, task: Task) -> list[Cell]:
         cells.append(Cell(f"on {name} mm²", f"{step.contact_area[name]:.3g}"))
     for name, by in step.pose_translations.items():
         turned = np.degrees(step.pose_rotations[name])
-        cells += [*_vector(f"{name} to ", by, 3, "mm"), *_vector(f"{name} turned about ", turned, 2, "°")]
+        cells += [*_vector(f"{name} moved ", by, 3, "mm"), *_vector(f"{name} turned ", turned, 2, "°")]
     if step.self_contact >= LEAST:
         cells.append(Cell("self-contact N", f"{step.self_contact:.4g}"))
     return [*cells, Cell("stretch", f"{step.max_stretch:.3f}")]
