@@ -1,14 +1,16 @@
 """The pressure at which a body balloons: of a sphere in closed form elsewhere; here its exact derivatives."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 from designing import analysed
+from texts import problem_text
 from tiny import tiny
 
 from pneumorph.analysis import analyse, margin_slopes, margins, near_margins
-from pneumorph.mechanics import TOLERANCE, follow
+from pneumorph.mechanics import TOLERANCE, Equilibrium, Tangent, follow, solve
 from pneumorph.optimize.states import linear_states, worst_state
 from pneumorph.problem import Problem, loads
 from pneumorph.sensitivity import margin as module
@@ -61,3 +63,46 @@ def test_a_path_that_cannot_be_followed_is_not_taken_for_one_without_a_limit_poi
     assert [limit.name for limit in states.unknown] == ["margin"]
     assert states.values()["margin"] is None and not states.violated
     assert worst_state(asked, disc, found)[0] <= 0.0
+
+
+COARSE, VOLUME = 'control_density = "0.3 /mm"', 'volume = { B = "0.1 ml" }\n'
+BESIDE = """
+[[task]]
+name = "bend"
+pressure = { A = { start = "20 kPa", min = "0 kPa", max = "60 kPa" } }
+objective = { motion = "bending_y" }
+[mesh]
+size = "6 mm"
+"""
+
+
+@pytest.mark.parametrize("law", ["liquid", "gas"])
+def test_what_is_filled_or_sealed_keeps_its_own_control(law):
+    """A balloons while B keeps its water or its gas; between 0.98 and 1.02 of its limit states end."""
+    chambers = ("A", 4.5, "-5 mm", "0 mm"), ("B", 3, "6 mm", "0 mm")
+    text = problem_text(BESIDE, radius=11, chambers=chambers, body=COARSE)
+    given = {"gas": ('name = "B"\n', 'gas = { pressure = "2 kPa" }\n'), "liquid": ('name = "bend"\n', VOLUME)}[law]
+    text = text.replace(given[0], "".join(given))
+    table = loads(text).model_dump(mode="json", exclude_none=True)
+    table["material"] = {"model": "neo-hookean", "shear_modulus": "0.1 MPa", "bulk_modulus": "2 MPa"}
+    table["material"] |= {"density": "1 g/cm^3", "compressible": True}
+    asked = Problem.model_validate(table)
+    space, disc, found = analysed(asked)
+    values, slopes = margin_slopes(space, disc, found, 2.0)
+    assert 1.05 < values[0] < 2.0 * BEYOND - 0.05
+    at, near = found.configurations["bend"], found.equilibria["bend"]
+    for load, exists in ((0.98, True), (1.02, False)):
+        pressure = np.array(at.loads.pressure) * [load * values[0], 1.0]
+        asked_for = replace(at, loads=at.loads._replace(pressure=pressure))
+        there = solve(asked_for, Tangent(disc.model), since=(at, near.state), most=40)
+        assert isinstance(there, Equilibrium) == exists
+    states = {name: each.state for name, each in found.equilibria.items()}
+
+    def value(phi):
+        return margins(disc, analyse(asked, space, disc, phi, states, tolerance=TOLERANCE), 2.0)["bend"]
+
+    rng = np.random.default_rng(1)
+    of_shape = np.arange(space.n) < space.n_shape
+    direction = np.where(of_shape, rng.uniform(-0.2, 0.2, space.n), 0.3)
+    test = taylor_test(value, space.start, slopes[0], direction, 0.2, count=3, start=values[0])
+    assert test.passed, test

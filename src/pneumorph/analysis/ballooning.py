@@ -42,7 +42,7 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
         with doing(f"looking for ballooning in task {name}"):
             equilibrium = analysis.equilibria[name]
             # A given volume does not grow by itself, and what is sealed not without end.
-            inflated = at.enclosed is None and float(np.max(given_pressures(at))) > 0.0
+            inflated = float(np.max(given_pressures(at))) > 0.0
             estimate = limit_ahead(at, disc.tangents[name], equilibrium.state) if inflated else math.inf
             ahead = Margin(BEYOND * bound, None)
             if estimate < NEAR * bound:

@@ -241,15 +241,12 @@ def free_way(at: Configuration, state: State, there: Configuration, end: State) 
 
 def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float:
     """A share of a step (n,) of the unknowns on whose straight way no surfaces meet; 1 where there is no contact."""
-    contact, share = at.model.contact, 1.0
+    contact = at.model.contact
     if contact is None:
-        return share
+        return 1.0
     start = places(at, vector)
     poses = poses_at(at, vector)
-    moved = np.concatenate([places(at, vector + step) - start, (poses_at(at, vector + step) - poses)[:, :3]])
-    far = np.linalg.norm(moved, axis=1).max()
-    reach = LARGEST_MOVE * np.linalg.norm(np.ptp(at.X, axis=0))
-    share = min(share, float(reach / max(far, 1e-300)))
+    share = near_share(at, vector, step)
     for _ in range(MOST_SHORTENINGS):
         end = vector + share * step
         free = contact.free_share(start, places(at, end), poses, poses_at(at, end))
@@ -258,3 +255,11 @@ def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float
         # A plate that turns by less moves its nodes another way: the shorter way is checked too.
         share *= free
     return 0.0
+
+
+def near_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float:
+    """The share of a step (n,) of the unknowns with which nothing moves by more than `LARGEST_MOVE`; at most 1."""
+    start, poses = places(at, vector), poses_at(at, vector)
+    moved = np.concatenate([places(at, vector + step) - start, (poses_at(at, vector + step) - poses)[:, :3]])
+    far = np.linalg.norm(moved, axis=1).max()
+    return min(1.0, float(LARGEST_MOVE * np.linalg.norm(np.ptp(at.X, axis=0)) / max(far, 1e-300)))

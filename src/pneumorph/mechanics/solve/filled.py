@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Final, Literal
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from pneumorph.mechanics.solve.balance import (
     free_way,
     held,
     length,
+    near_share,
     residual_at,
     residual_rounding,
     smallest_ratio,
@@ -46,6 +48,9 @@ EXACT_VOLUME = 1e-10
 
 NEAR_VOLUME, MOST_PRESSURES = 1e-3, 12
 """The same from which on corrections of state and pressures together are tried again, and most pressures in a step."""
+
+MEETING: Final = "meeting"
+"""What comes of corrections on whose way surfaces meet."""
 
 Search = Callable[[Configuration, Tangent, State, float], tuple[State, float] | str]
 """Finds a stable state at given pressures, see `equilibrium.find_near`."""
@@ -133,8 +138,8 @@ def _filled(
                 part = _part_way(begin, at, before.towards(own, fraction), fraction)
         try:
             found = _corrected(part, tangent, last, vector, pressure, tolerance)
-            if found is None and search is not None:
-                found = _by_pressures(part, tangent, vector, pressure, tolerance, search)
+            if found is MEETING:
+                found = search and _by_pressures(part, tangent, vector, pressure, tolerance, search)
         except SingularMatrix:
             found = None
         if found is None:
@@ -186,7 +191,7 @@ def _by_pressures(
         vector, pressure = found.vector + free * change, pressure + rise
         if error <= NEAR_VOLUME and free == 1.0:
             both = _corrected(at, tangent, found, vector, pressure, tolerance)
-            if both is not None:
+            if isinstance(both, Filled):
                 return both
         if error <= max(EXACT_VOLUME, tolerance):
             return found
@@ -216,8 +221,11 @@ def _enclosed(at: Configuration) -> Enclosed:
 
 def _corrected(
     at: Configuration, tangent: Tangent, last: Filled, vector: np.ndarray, pressure: np.ndarray, tolerance: float
-) -> Filled | None:
-    """The state and the pressures near a guess of both; None where corrections do not get on."""
+) -> Filled | Literal["meeting"] | None:
+    """The state and the pressures near a guess of both; None where corrections do not get on.
+
+    `MEETING` where they would lead through surfaces.
+    """
     model, given = at.model, _enclosed(at)
     rows, copies = given.rows(model), model.copies
     rest = copies * volumes_of(model, at.X, model.state(np.zeros(model.size)))[rows]
@@ -252,8 +260,10 @@ def _corrected(
             return None
         else:
             fresh = first
-        if not np.isfinite(now) or free_share(at, vector, change) < 1.0:
+        if not np.isfinite(now) or (model.contact is not None and near_share(at, vector, change) < 1.0):
             return None
+        if free_share(at, vector, change) < 1.0:
+            return MEETING
         by = metrics_along_step(there, tangent, point, change)
         metrics = tuple(one + each for one, each in zip(metrics, by, strict=True))
         vector, pressure, previous = vector + change, pressure + rise, now
