@@ -51,11 +51,11 @@ def test_what_cannot_be_repaired_ends_soon(setup: Setup, monkeypatch: pytest.Mon
 
 
 def test_limits_that_conflict_are_named_with_how_far_they_are_missed() -> None:
-    """A chamber whose walls fill its envelope: neither has room to give way."""
-    rest = '[limits]\nwall = "4.5 mm"\ncurvature = "0.05 /mm^2"\nenvelope = { radius = "8 mm" }\n'
-    asked = loads(tiny().replace("[mesh]", f"{rest}[mesh]"))
+    """A chamber 7 mm wide between walls of 2.9 mm needs 6.4 mm, of which the envelope has 6.1 mm."""
+    rest = '[limits]\nwall = "2.9 mm"\nfold = { distance = "7 mm", neighbourhood = "7.5 mm" }\n'
+    asked = loads(tiny().replace("[mesh]", f'{rest}envelope = {{ radius = "6.1 mm" }}\n[mesh]'))
     with pytest.raises(Hopeless) as caught:
         begin_within(build_setup(asked))
     message = str(caught.value)
-    assert "limits.wall" in message and "%" in message
-    assert "limits.envelope" in message or "limits.curvature" in message
+    assert "violates limits." in message and " %, " in message and "\n" not in message
+    assert sum(f"limits.{name}" in message for name in ("wall", "fold", "envelope")) > 1, message
