@@ -33,15 +33,7 @@ def read_3mf(data: bytes, most: int) -> Surface:
     """
     try:
         root = ElementTree.fromstring(_model(data))
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        KeyError,
-        ElementTree.ParseError,
-        EOFError,
-        NotImplementedError,
-        RuntimeError,
-    ):
+    except _DAMAGED:
         raise ValueError("is not a whole 3MF file; export it again") from None
     space = root.tag.partition("}")[0] + "}"
     objects = {each.get("id"): each for each in root.iter(f"{space}object")}

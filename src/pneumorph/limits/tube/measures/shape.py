@@ -23,8 +23,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 _ROWS, _POINTS = 64, 512  # rows of samples, and points, that a thread takes at once
-_ORDERS = ((0, 1), (1, 0), (0, 2), (2, 1), (3, 0))
-"""Index of the function of r in `Frame`, and order of the derivative in q, for U, r_r, U_q, U_r and r_rr."""
 
 
 class _Tube(NamedTuple):
