@@ -64,7 +64,7 @@ def lattice_space(problem: Problem, body: Body[LatticeSurface]) -> DesignSpace:
     # Control points that move together are in different places.
     own = replace(own, offset=points - own.L @ own.start)
     if len(group) > 1 and len(own.start):
-        own = _symmetric(own, points, group, images)
+        own = _symmetric(own, group, images)
     return build_space(problem, body, own)
 
 
@@ -90,9 +90,7 @@ def _held(surface: LatticeSurface, kept: Array) -> Mask:
     return held
 
 
-def _symmetric(
-    own: ShapeVariables, points: Array, group: Sequence[Array], images: Sequence[NDArray[np.int64]]
-) -> ShapeVariables:
+def _symmetric(own: ShapeVariables, group: Sequence[Array], images: Sequence[NDArray[np.int64]]) -> ShapeVariables:
     """The independent variables of symmetric shapes; all operations leave the origin where it is."""
     basis, projector = symmetric_basis(own.L, group, images)
     L = sparse.csr_matrix(own.L @ basis)
