@@ -36,11 +36,11 @@ def block(counts: Sequence[int], mapping: Mapping, faces: dict[str, Mapping]) ->
     _, index, inverse = np.unique(np.round(points, 8), axis=0, return_index=True, return_inverse=True)
     inverse = inverse.ravel()
     used = inverse[tets]
-    triangles = {name: _face(tets, used, points, inside(reference)) for name, inside in faces.items()}
+    triangles = {name: _face(tets, used, inside(reference)) for name, inside in faces.items()}
     return TetMesh(points[index], used, triangles)
 
 
-def _face(tets, merged, points, marked):
+def _face(tets, merged, marked):
     rows = []
     for corners in TET_FACES:
         edges = list(corners)
