@@ -7,9 +7,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from pneumorph.cli.certainty import of_the_mesh
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
+from pneumorph.output.certainty import of_the_mesh
 
 
 def accuracy(source: Path, number: int | None, trust: bool) -> None:

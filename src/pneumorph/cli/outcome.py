@@ -9,7 +9,6 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from pneumorph.cli.certainty import certainty, of_the_mesh
 from pneumorph.cli.columns import MARK
 from pneumorph.cli.verdict import verdict
 from pneumorph.interface.runs import Run
@@ -17,6 +16,7 @@ from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, OF_SHAPE, in_history
 from pneumorph.mechanics import rubbers_of
+from pneumorph.output.certainty import certainty, of_the_mesh
 from pneumorph.output.format import (
     balloons,
     balloons_perhaps,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import pneumorph
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import rubbers_of
 from pneumorph.objective.kinds import target_of
+from pneumorph.output.certainty import certainty, of_the_mesh
 from pneumorph.output.cuts import view_of
 from pneumorph.output.format import (
     balloons,
@@ -67,6 +68,7 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
         "material": [
             *_material(run.path / "problem.toml"),
             *((f"task {name}", stretches(rubbers_of(problem), last)) for name, last in history[-1].tasks.items()),
+            *([] if result is None else _certainties(problem, result)),
             *_designed(history[-1]),
         ],
         "problem": _text(run.path / "problem.toml"),
@@ -126,6 +128,17 @@ def _ballooning(result: RunResult) -> list[str]:
     ]
 
 
+def _certainties(problem: Problem, result: RunResult) -> Iterator[tuple[str, str]]:
+    """How far motions are off by the mesh, and what they depend on, task by task."""
+    for task in problem.task:
+        last, sentences = result.tasks[task.name], list[str]()
+        if finer := result.finer.get(task.name):
+            sentences += of_the_mesh(task.objective, (*last.translation, *last.rotation), finer)
+        if rates := result.rates.get(task.name):
+            sentences += certainty(task.objective, last, rates)
+        yield from ((f"task {task.name}", sentence) for sentence in sentences)
+
+
 def _text(path: Path) -> str:
     return path.read_text(encoding="utf-8-sig", errors="replace")
 
@@ -133,7 +146,8 @@ def _text(path: Path) -> str:
 def _material(path: Path) -> list[tuple[str, str]]:
     """The table [material], those of regions and of reinforcements as in the file, with the units of quantities."""
     table = tomllib.loads(_text(path))
-    rows = [(key.replace("_", " "), _words(value)) for key, value in table["material"].items()]
+    told = {key: value for key, value in table["material"].items() if value not in ("", False)}
+    rows = [(key.replace("_", " "), _words(value)) for key, value in told.items()]
     for region in table.get("region", []):
         shape = next({key: region[key]} for key in ("layer", "sleeve", "beyond", "within", "inside") if key in region)
         rows.append((f"region {region['name']}", _words(shape)))

@@ -6,7 +6,7 @@ from typing import Any, cast
 import pytest
 from tiny import tiny
 
-from pneumorph.cli.certainty import certainty
+from pneumorph.output.certainty import certainty
 from pneumorph.problem import loads
 from pneumorph.results import MotionRates
 
