@@ -45,8 +45,8 @@ stability and with which the adjoint is solved, and about twenty back-solves. Th
   | `linear_spring` | a sixth | 18 of 40 designs | a 15th |
   | `bending_spring` | an eighth | 16 of 25 designs | a 33rd |
 
-  Of `linear` and `linear_spring` a quarter of the body is solved, so their sub-problems take more than half of the time.
-  `bending` ends at 347°, because it would self-intersect after a longer step.
+  Of `linear` and `linear_spring` a quarter of the body is solved, so their sub-problems take more than half of the
+  time. `bending` ends at 347°, because it would self-intersect after a longer step.
 - **A factorisation at the predicted state**, with predicted volume ratios. For the linear actuator with 80,349
   unknowns, a step of 0.54 mm and one thread, the cost from the prediction to the solution, including its factorisation,
   is 2.3 equivalents. Alternatives are not better:
