@@ -30,12 +30,13 @@ from pneumorph.cli import app
 import pneumorph as pm
 
 commands = [line.split() for line in {commands!r}]
-results = [CliRunner().invoke(app, command) for command in commands]
+for command in commands:
+    result = CliRunner().invoke(app, command)
+    print(json.dumps([result.exit_code, result.output + str(result.exception or "")]), flush=True)
 with suppress(ModuleNotFoundError):
     pm.open_run("run").best.mesh
     raise AssertionError("there is a grid")
 assert not set({hidden!r}) & {{name.split(".")[0] for name in sys.modules}}
-print(json.dumps([(each.exit_code, each.output) for each in results]))
 """
 
 COMMANDS = (
@@ -57,10 +58,9 @@ def ends(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bare")
     (folder / "tiny.toml").write_text(tiny())
     code = RUN.format(hidden=HIDDEN, commands=COMMANDS)
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", env=None)
-    assert done.returncode == 0, done.stderr
-    return dict(zip(COMMANDS, json.loads(done.stdout.splitlines()[-1]), strict=True)), folder
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, encoding="utf-8")
+    assert done.returncode == 0, done.stdout + done.stderr
+    return dict(zip(COMMANDS, map(json.loads, done.stdout.splitlines()), strict=True)), folder
 
 
 def test_everything_but_pictures_of_bodies_works(ends):
