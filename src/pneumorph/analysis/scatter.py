@@ -10,8 +10,8 @@ where R_s are the forces of the rubber whose moduli are multiplied by s. Nothing
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -19,10 +19,11 @@ import numpy as np
 from pneumorph.analysis.near import Solved
 from pneumorph.analysis.surface_motions import core_shift, core_tilt, growth, offset
 from pneumorph.doing import doing
-from pneumorph.mechanics import Configuration
+from pneumorph.mechanics import Configuration, Equilibrium, predict, solve
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
+from pneumorph.objective import measure_features
 from pneumorph.results import Cause, Scatter
 from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
 
@@ -61,6 +62,13 @@ class Tolerances:
 
 UNITS = {"mm": 1.0, "°": float(np.radians(1.0)), "kPa": 1e-3, "%": 0.01}
 """One of each unit in those of the code."""
+
+
+LOADS = {"acceleration": "weight", "spring": "springs", "wrench": "force and torque"}
+"""What the loads of a body are called that vary by a factor."""
+
+MOST_FACTORISATIONS = 60
+"""Most for the state of one casting."""
 
 
 class ShapeCause(NamedTuple):
@@ -118,6 +126,74 @@ def shape_causes(morph: Morph, X: np.ndarray, tolerances: Tolerances) -> Iterato
     yield ShapeCause("size of the body", "%", tolerances.scale, growth(mesh))
 
 
+@dataclass(frozen=True)
+class OneDeviation:
+    """A motion (mm, rad) where causes together change it most likely by one deviation, up and down; None: no state."""
+
+    up: float | None
+    down: float | None
+
+
+def one_deviation(
+    whole: Solved, task: str, scatter: Scatter, motion: int, tolerances: Tolerances
+) -> OneDeviation | None:
+    """Solve the castings that are most likely to be off by one standard deviation of a motion, to see its curvature.
+
+    Of all changes δ that move it by that much to first order, that with the smallest sum of (δ/σ)² has δ = σ² ∂m/∂δ
+    over the deviation. None where forces do not scale with the rubber's: with contact, sheets, fibres, gas or liquid,
+    or several rubbers.
+
+    Parameters
+    ----------
+    whole : the whole body with its states.
+    task : name of the task.
+    scatter : its scatter.
+    motion : number of the motion among the six.
+    tolerances : those of the scatter.
+    """
+    at, disc = whole.analysis.configurations[task], whole.disc
+    model, deviation = at.model, float(scatter.deviations[motion])
+    if model.contact is not None or model.reinforcements or at.enclosed or len(model.rubbers) > 1 or not deviation:
+        return None
+    changes = {
+        cause.name: UNITS[cause.unit] * cause.tolerance**2 * cause.by[motion] / deviation for cause in scatter.causes
+    }
+    X = sum(
+        (
+            changes[each.name] * (each.motion if len(each.motion) == len(at.X) else disc.morph.extend(each.motion))
+            for each in shape_causes(disc.morph, at.X, tolerances)
+        ),
+        np.zeros_like(at.X),
+    )
+    return OneDeviation(*(_solved(whole, task, at.X + way * X, changes, way, motion) for way in (1.0, -1.0)))
+
+
+def _solved(
+    whole: Solved, task: str, X: np.ndarray, changes: Mapping[str, float], way: float, motion: int
+) -> float | None:
+    """A motion where nodes are at X and loads are changed, `way` times."""
+    at, state, tangent = (
+        whole.analysis.configurations[task],
+        whole.analysis.equilibria[task].state,
+        whole.disc.tangents[task],
+    )
+    softer = 1.0 / (1.0 + way * changes["modulus of the rubber"])
+    more = np.array([changes.get(f"pressure of {chamber}", 0.0) for chamber in at.model.chambers])
+    scaled = {
+        part: softer * (1.0 + way * changes.get(name, 0.0)) * np.asarray(getattr(at.loads, part))
+        for part, name in LOADS.items()
+    }
+    loads = at.loads._replace(pressure=softer * (np.asarray(at.loads.pressure) + way * more), **scaled)
+    there = replace(at, X=X, loads=loads)
+    tangent.move_to(at, state)
+    start = predict(at, tangent, state, X - at.X, loads)
+    answer = solve(there, tangent, start, since=(at, state), most=MOST_FACTORISATIONS)
+    if not isinstance(answer, Equilibrium) or not answer.stable:
+        return None
+    moved = measure_features(at.model, X, answer.state)
+    return float(np.concatenate([moved.translation, moved.rotation])[motion])
+
+
 def _of_rubbers(slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:
     for region, by in slopes.moduli.items():
         yield _cause(f"modulus of {region}" if region else "modulus of the rubber", "%", tolerances.rubber, by)
@@ -130,7 +206,7 @@ def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -
     for number, chamber in enumerate(model.chambers):
         if pressures[:, number].any():
             yield _cause(f"pressure of {chamber}", "kPa", tolerances.pressure, pressures[:, number])
-    for part, name in {"acceleration": "weight", "spring": "springs", "wrench": "force and torque"}.items():
+    for part, name in LOADS.items():
         load = np.asarray(getattr(at.loads, part))
         if load.any():
             by = np.array([getattr(loads, part) @ load for loads in by_load])

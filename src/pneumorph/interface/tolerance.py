@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis.near import analyse_near
-from pneumorph.analysis.scatter import Tolerances, scatter_of
+from pneumorph.analysis.scatter import OneDeviation, Tolerances, one_deviation, scatter_of
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.problem import Problem, Task
@@ -31,6 +31,9 @@ LARGEST = 0.5
 LEAST = 0.005
 """Part of the variance below which causes are told together."""
 
+NOT_LINEAR = 0.25
+"""Difference from the first-order figure, relative to it, above which it is told that it is not accurate."""
+
 SMALL = {"mm": 0.01, "°": 0.02}
 """Motions with a smaller value and a smaller deviation are not told where several are."""
 
@@ -43,6 +46,8 @@ class ToleranceReport:
     ----------
     problem : Problem
     tasks : {task: Scatter}
+    solved : {task: {motion: OneDeviation}}
+        Of the motions that tasks are about, where castings that are off by one deviation could be solved.
 
     Examples
     --------
@@ -55,6 +60,7 @@ class ToleranceReport:
 
     problem: Problem
     tasks: Mapping[str, Scatter]
+    solved: Mapping[str, Mapping[str, OneDeviation]]
 
     def to_json(self) -> dict[str, Any]:
         """All figures, in mm, rad, and the units of the causes."""
@@ -63,13 +69,14 @@ class ToleranceReport:
                 "motion": list(scatter.motion),
                 "deviation": scatter.deviations.tolist(),
                 "causes": [to_json(cause) for cause in scatter.causes],
+                "solved": {motion: [each.down, each.up] for motion, each in self.solved[name].items()},
             }
             for name, scatter in self.tasks.items()
         }
 
     def __str__(self) -> str:
         tasks = [task for task in self.problem.task if task.name in self.tasks]
-        tables = ["\n".join(_lines(task, self.tasks[task.name])) for task in tasks]
+        tables = ["\n".join(_lines(task, self.tasks[task.name], self.solved[task.name])) for task in tasks]
         return "\n\n".join([*tables, *filter(None, map(doubt, materials(self.problem).values()))])
 
     __repr__ = __str__
@@ -103,7 +110,16 @@ def tolerance_report(
     tolerances = read_tolerances(given)
     if tasks is not None:
         problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
-    return ToleranceReport(problem, scatter_of(analyse_near(problem, body, (), stored, results), tolerances))
+    whole = analyse_near(problem, body, (), stored, results)
+    scatters = scatter_of(whole, tolerances)
+    solved: dict[str, dict[str, OneDeviation]] = {}
+    for task in problem.task:
+        solved[task.name] = {}
+        for motion in task.objective.tip_motions:
+            found = one_deviation(whole, task.name, scatters[task.name], MOTIONS.index(motion), tolerances)
+            if found is not None:
+                solved[task.name][motion] = found
+    return ToleranceReport(problem, scatters, solved)
 
 
 def read_tolerances(given: Mapping[str, Any]) -> Tolerances:
@@ -147,7 +163,7 @@ def _read(name: str, text: Any) -> float:
     return value
 
 
-def _lines(task: Task, scatter: Scatter) -> Iterator[str]:
+def _lines(task: Task, scatter: Scatter, solved: Mapping[str, OneDeviation]) -> Iterator[str]:
     """A table for each motion that the task is about, or for all that are large enough."""
     asked = task.objective.tip_motions
     deviations = scatter.deviations
@@ -162,6 +178,19 @@ def _lines(task: Task, scatter: Scatter) -> Iterator[str]:
             continue
         yield f"{task.name}: {motion_word(name, sign)} {value:.2f} ± {deviation:.2g} {unit} (one standard deviation)"
         yield from _table(scatter, number, size, unit)
+        if name in solved:
+            yield _further(solved[name], value, deviation, size, unit)
+
+
+def _further(solved: OneDeviation, value: float, deviation: float, size: float, unit: str) -> str:
+    """What solutions for castings that are off by one deviation say of the first-order figures."""
+    ends = [None if each is None else size * each for each in (solved.down, solved.up)]
+    told = " and ".join("no stable state" if each is None else f"{each:.2f} {unit}" for each in ends)
+    line = f"  solved for castings off by one deviation: {told}"
+    if None in ends:
+        return f"{line}; such castings may balloon or buckle"
+    far = max(abs(abs(each - value) - deviation) for each in ends if each is not None)
+    return f"{line}; the motion is far from linear" if far > NOT_LINEAR * deviation else line
 
 
 def _table(scatter: Scatter, number: int, size: float, unit: str) -> Iterator[str]:
