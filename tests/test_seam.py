@@ -175,7 +175,8 @@ def setup():
     variable[held] = -1
     variable[body.slices[1], 0] = variable[body.slices[1].start, 0]
     variable = np.unique(variable, return_inverse=True)[1].reshape(variable.shape) - 1
-    names = SimpleNamespace(length=20.0, chamber=(SimpleNamespace(name="A", gas=None),))
+    ends = np.zeros(3), np.array([0.0, 0.0, 20.0])
+    names = SimpleNamespace(length=20.0, ends=ends, chamber=(SimpleNamespace(name="A", gas=None),))
     problem = loads(PROBLEM).model_copy(update={"body": names})
     space = build_space(problem, body, tied_coordinates(body.control_points().ravel(), variable.ravel()))
     return setup_among(problem, space, WallAlone(WALL), SurfaceMesher(problem.mesh.size))

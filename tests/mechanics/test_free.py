@@ -80,7 +80,7 @@ def test_gradients_through_touch_are_exact(resting, pressed):
     """Of the pose and of the force, by the places of the nodes and by the pressure."""
     at, tangent, found = resting
     asked = TargetPose.model_validate({"kind": "pose", "obstacle": "it", "z": "1 mm", "turn_y": "2 deg"})
-    scope = Scope("task[0].objective", 1.0, obstacles=("it",))
+    scope = Scope("task[0].objective", 1.0, np.zeros(3), obstacles=("it",))
     objective = pose.build(asked, scope)
     if pressed:
         objective = press.build(Press(kind="press", obstacle="it", direction=(0.3, 0.0, 1.0)), scope)

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface, deviation_of
 from pneumorph.geometry.lattice.pieces import patches_of
+from pneumorph.geometry.regions import box
+from pneumorph.geometry.tube.surface import between_ends
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places, Points
 from pneumorph.limits.kinds.fold import FOLD
@@ -129,7 +131,8 @@ def lattice_limits(body: Body[LatticeSurface], spec: Limits, length: float, devi
     margin = 2.0 * deviation * spec.scaling.largest
     patches = tuple(map(patches_of, body.surfaces))
     links = tuple(linked(each, spec.fold.neighbourhood) for each in patches)
-    known = length, patches, links, rims_of(body.surfaces, patches, spec.wall)
+    between = box((-np.inf, -np.inf, 0.0), (np.inf, np.inf, length))
+    known = between, patches, links, rims_of(body.surfaces, patches, spec.wall)
     fold = spec.fold.model_copy(update={"distance": spec.fold.distance + margin})
     spec = spec.model_copy(update={"wall": spec.wall + margin, "fold": fold})
     return ShapeLimits(
@@ -157,8 +160,8 @@ def build_limit_functions(
     Parameters
     ----------
     body : Body
-        Any body of the run: only properties that never change (net shapes, starting sizes, kinds of ends, length) are
-        used.
+        Any body of the run: only properties that never change (net shapes, starting sizes, kinds and planes of ends)
+        are used.
     spec : problem.Limits
     per_span : (int, int)
         Samples per knot span in q and in r. Curvature has its peaks on knots, stretch has them anywhere: in a fold of a
@@ -170,7 +173,7 @@ def build_limit_functions(
         kinds=TUBE_KINDS,
         grids=tuple(grid(surface, per_span) for surface in body.surfaces),
         slices=body.slices,
-        length=float(body.exterior.net[-1, 0, 2]),
+        between=between_ends(body),
         spec=spec,
         reach=reach,
     )

@@ -15,6 +15,7 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepGProp import BRepGProp
 from OCP.Geom import Geom_BSplineSurface, Geom_Plane
+from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
@@ -256,5 +257,5 @@ def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
         return float(nearest.max())
     planes = [face.Pln() for face in faces if isinstance(face, Geom_Plane)]
     discs = [cap_points(surface, tip, q, s) for tip in (False, True) for s in (0.0, 0.5, 1.0)]
-    ends = [min(abs(plane.Location().Z() - z) for plane in planes) for z in np.concatenate(discs)[:, 2]]
+    ends = [min(plane.Distance(gp_Pnt(*point)) for plane in planes) for point in np.concatenate(discs).tolist()]
     return float(max(nearest.max(), *ends))

@@ -148,6 +148,11 @@ def _make(
                 f"a mould needs a body of one rubber, but this one has regions ({problem.region[0].name}, …); only the "
                 "CAD and the triangles of the body are written"
             )
+        if problem.tubes.bent:
+            raise ComputationError(
+                "a mould needs a body with a straight axis; only the CAD and the triangles of this one, which has "
+                "body.axis, are written"
+            )
         if problem.make.method == "silicone mould":
             moulded, proved = make_silicone_mould(body, problem, folder / "mould", chord, effects, sags)
         else:

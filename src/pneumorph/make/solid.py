@@ -84,8 +84,9 @@ def _shell(surface: TubeSurface) -> TopoDS_Shell:
         out = -1.0 if surface.cavity else 1.0
         base, tip = surface.end_centres
         clockwise = [edge.Reversed() for edge in reversed(parallels[0])]
-        _BUILDER.Add(shell, _face(Geom_Plane(_point(base), gp_Dir(0.0, 0.0, -out)), clockwise))
-        _BUILDER.Add(shell, _face(Geom_Plane(_point(tip), gp_Dir(0.0, 0.0, out)), parallels[-1]))
+        upwards, onwards = (out * np.array(direction) for direction in surface.directions)
+        _BUILDER.Add(shell, _face(Geom_Plane(_point(base), gp_Dir(*-upwards)), clockwise))
+        _BUILDER.Add(shell, _face(Geom_Plane(_point(tip), gp_Dir(*onwards)), parallels[-1]))
     shell.Closed(True)
     return shell
 

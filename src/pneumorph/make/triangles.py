@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface, turn_to
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,11 @@ def _tube(surface: TubeSurface, chord: float) -> Triangles:
     points, corners = grid.reshape(-1, 3), _cells(grid)
     rim = np.arange(len(q))
     if surface.ends == "flat":
-        base, tip = _cap(surface, points, rim), _cap(surface, points, rim + len(points) - len(rim))
+        ends = (rim, rim + len(points) - len(rim))
+        base, tip = (
+            _cap(surface, points @ turn_to(direction), own)
+            for own, direction in zip(ends, surface.directions, strict=True)
+        )
         return Triangles(points, np.concatenate([corners, base[:, ::-1], tip]))
     # Each end row is a single point: keep its last copy at the base and its first at the tip.
     corners = np.clip(corners, rim[-1], len(points) - len(rim)) - rim[-1]
@@ -83,7 +87,7 @@ def _tube(surface: TubeSurface, chord: float) -> Triangles:
 
 
 def _cap(surface: TubeSurface, points: Array, rim: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles of an end disc between the points of its rim, oriented in the sense of q."""
+    """Triangles of an end disc, in a plane z = constant, between the points of its rim, in the sense of q."""
     # q runs clockwise on a chamber, but the polygon must be given counter-clockwise.
     rim = rim[::-1] if surface.cavity else rim
     triangles = rim[manifold3d.triangulate([points[rim, :2]])]

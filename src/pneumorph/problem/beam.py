@@ -42,7 +42,8 @@ class Beam:
 def beam_of(problem: Tables, task: Task) -> Beam | None:
     """The estimate for a task; None where there are no loads, or more than rubber bears them.
 
-    Sheets, fibres, springs, guides and obstacles may bear them. Bodies from files have no sections along an axis.
+    Sheets, fibres, springs, guides and obstacles may bear them. Bodies from files, and those with bent axes, are no
+    beams along z.
     """
     under = acting(problem, task)
     weight = np.zeros(3) if under.gravity is None else np.array(under.gravity.vector)
@@ -50,7 +51,7 @@ def beam_of(problem: Tables, task: Task) -> Beam | None:
     if not (np.any(weight) or np.any(force) or np.any(moment)):
         return None
     borne = under.hold.values or any(value > 0.0 for _, value in under.spring)
-    if problem.solid or problem.membrane or problem.fibres or problem.obstacle or borne:
+    if problem.solid or problem.tubes.bent or problem.membrane or problem.fibres or problem.obstacle or borne:
         return None
     rubbers = materials(problem).values()
     # Where there are several, the stiffest and the lightest: the estimate is not to make matters worse.

@@ -8,6 +8,7 @@ from pydantic import Field, GetJsonSchemaHandler, Strict, TypeAdapter, Validatio
 from pydantic_core import CoreSchema
 
 from pneumorph import units
+from pneumorph.problem.axis import Arc, Axis
 from pneumorph.problem.gas import Gas
 from pneumorph.problem.models import MOST_CHAMBERS, Length, Number, PositiveLength, Whole
 from pneumorph.problem.names import Name
@@ -18,6 +19,25 @@ from pneumorph.symmetry.images import WITHIN, snapped
 from pneumorph.symmetry.part import MOST_TURNS
 
 _SECTION: TypeAdapter[Section] = TypeAdapter(Section)
+_ARCS: TypeAdapter[tuple[Arc, ...]] = TypeAdapter(tuple[Arc, ...])
+
+
+def _either(handler: GetJsonSchemaHandler, schema: CoreSchema, keys: dict[str, str]) -> dict[str, Any]:
+    """The schema of a table in which other keys may be given in place of some."""
+    described = handler(schema)
+    own = handler.resolve_ref_schema(described)
+    own["required"] = [key for key in own["required"] if key not in keys]
+    own["allOf"] = [{"anyOf": [{"required": [one]}, {"required": [other]}]} for one, other in keys.items()]
+    return described
+
+
+def _following(data: dict[str, Any], key: str, value: float, of: str) -> dict[str, Any]:
+    """A table with a length that follows from another key, which a file that is written has too."""
+    written = Quantity(units.LENGTH).write(value)
+    given = data.get(key, written)
+    if abs((Quantity(units.LENGTH).read(given) if isinstance(given, str) else given) - value) > WITHIN:
+        raise InvalidKey(key, f"is not {value:g} mm, that of {of}; leave it out")
+    return {key: written} | data
 
 
 class Ripple(Table):
@@ -66,26 +86,15 @@ class _Tube(Table):
         """The radius follows from a section; a file that is written has both."""
         if not isinstance(data, dict) or data.get("section") is None:
             return data
-        section = data["section"]
         try:
-            outline = _SECTION.validate_python(section).outline
+            reach = _SECTION.validate_python(data["section"]).outline.reach
         except ValidationError:
             return {"radius": "1 mm"} | data  # reported with the key of the section
-        reach = Quantity(units.LENGTH).write(outline.reach)
-        given = data.get("radius", reach)
-        if abs((Quantity(units.LENGTH).read(given) if isinstance(given, str) else given) - outline.reach) > WITHIN:
-            raise InvalidKey(
-                "radius", f"is not {outline.reach:g} mm, that of the circle around the section; leave it out"
-            )
-        return {"radius": reach} | data
+        return _following(data, "radius", reach, "the circle around the section")
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        described = handler(schema)
-        own = handler.resolve_ref_schema(described)
-        own["required"] = [key for key in own["required"] if key != "radius"]
-        own["anyOf"] = [{"required": ["radius"]}, {"required": ["section"]}]
-        return described
+        return _either(handler, schema, {"radius": "section"})
 
     @property
     def outline(self) -> Outline:
@@ -171,10 +180,13 @@ class ChamberSpec(_Tube):
 
 
 class BodySpec(_Tube):
-    """The starting body: a tube from z = 0 to z = length with chambers in it; control_density in 1/mm."""
+    """The starting body: a tube with chambers in it, whose base is at z = 0; control_density in 1/mm."""
 
     length: PositiveLength
-    """Length of the body, constant in all designs."""
+    """Length of the body along its axis, constant in all designs; leave it out where there is an axis."""
+    axis: Annotated[tuple[Arc, ...], Field(min_length=1, max_length=20)] | None = None
+    """The axis, where it is not straight: arcs from base to tip, e.g. [{ length = "60 mm", bend = "90 deg" }]. Then z
+    and x, y of chambers, layers, sheets and fibres are along the axis and in the cross-section."""
     radius: PositiveLength
     """Radius of the cylinder, or of the circle around its section; leave it out where there is a section."""
     section: Section | None = None
@@ -192,6 +204,22 @@ class BodySpec(_Tube):
     )
     """The chambers, each a table [[body.chamber]]."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _length_of_the_axis(cls, data: Any) -> Any:
+        """The length follows from an axis; a file that is written has both."""
+        if not isinstance(data, dict) or data.get("axis") is None:
+            return data
+        try:
+            length = Axis(_ARCS.validate_python(data["axis"])).length
+        except ValidationError:
+            return {"length": "1 mm"} | data  # reported with the key of the axis
+        return _following(data, "length", length, "the axis") if length else data
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return _either(handler, schema, {"radius": "section", "length": "axis"})
+
     @model_validator(mode="after")
     def _all_chambers_in_their_places(self) -> "BodySpec":
         chambers = [each for chamber in self.chamber for each in chamber.all_copies()]
@@ -200,9 +228,26 @@ class BodySpec(_Tube):
         return self
 
     @property
+    def bent(self) -> Axis | None:
+        """The axis; None where it is straight."""
+        arcs = self.axis or ()
+        return Axis(arcs) if any(arc.bend for arc in arcs) else None
+
+    @property
+    def straight(self) -> "BodySpec":
+        """The same about a straight axis; its tubes have the same parameters."""
+        return self.model_copy(update={"axis": None})
+
+    @property
     def ends(self) -> tuple[np.ndarray, np.ndarray]:
         """The centres (3,) of base and tip, mm."""
-        return np.zeros(3), np.array([0.0, 0.0, self.length])
+        tip = np.array([0.0, 0.0, self.length]) if self.bent is None else self.bent.at([self.length])[0][0]
+        return np.zeros(3), tip
+
+    @property
+    def turns(self) -> tuple[np.ndarray, np.ndarray]:
+        """The rotations (3, 3) of the cross-sections at base and tip; their third columns are along the axis."""
+        return np.eye(3), np.eye(3) if self.bent is None else self.bent.at([self.length])[1][0]
 
     def across(self, normal: np.ndarray) -> list[tuple[float, float]]:
         """From where to where each chamber is along a normal (3,) across the axis, mm."""

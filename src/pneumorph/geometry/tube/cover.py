@@ -41,7 +41,8 @@ class Cover:
 
 def build_covers(spec: BodySpec, reinforcements: Iterable[Reinforcement]) -> tuple[Cover, ...]:
     """The covers of the reinforcements of a problem; one on several surfaces has as many."""
-    start, covers = starting_body(spec), []
+    # Parameters are those along a straight axis.
+    start, covers = starting_body(spec.straight), []
     surfaces = {surface.name: surface for surface in start.surfaces}
     sections = {EXTERIOR: spec.section} | {chamber.name: chamber.section for chamber in spec.chamber}
     for each in reinforcements:

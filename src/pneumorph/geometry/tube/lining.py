@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.geometry.tube.bent import bent
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.surface import TubeSurface
 
@@ -61,9 +62,15 @@ def build_linings(spec: BodySpec, regions: Sequence[Region]) -> tuple[Lining, ..
     Offsets are normal to the starting surfaces without their waves, so that waves and their copies are in parallel.
     """
     chambers = {chamber.name: chamber.model_copy(update={"ripple": None}) for chamber in spec.chamber}
-    plain = starting_body(spec.model_copy(update={"ripple": None, "chamber": tuple(chambers.values())}))
+    plain = starting_body(spec.straight.model_copy(update={"ripple": None, "chamber": tuple(chambers.values())}))
     surfaces = {surface.name: surface for surface in plain.surfaces}
-    linings = []
+    axis, linings = spec.bent, []
+
+    def placed(surface: TubeSurface, offset: NDArray[np.float64]) -> NDArray[np.float64]:
+        if axis is None:
+            return offset
+        return bent(replace(surface, net=surface.net + offset), axis).net - bent(surface, axis).net
+
     for region in regions:
         if region.layer is not None:
             layer, inwards = region.layer, -region.thickness / spec.radius
@@ -71,9 +78,10 @@ def build_linings(spec: BodySpec, regions: Sequence[Region]) -> tuple[Lining, ..
             start, end = layer.span or (0.0, spec.length)
             q = None if layer.angles is None else (layer.angles[0] / (2 * math.pi), layer.angles[1] / (2 * math.pi))
             r = (max(start / spec.length, 0.0), min(end / spec.length, 1.0))
+            offset = placed(plain.exterior, offset)
             linings.append(Lining(region.name, "exterior", region.thickness, offset, r, q))
         for name in region.sleeve.chambers if region.sleeve else ():
-            offset = _around(chambers[name], surfaces[name], region.thickness)
+            offset = placed(surfaces[name], _around(chambers[name], surfaces[name], region.thickness))
             linings.append(Lining(region.name, name, region.thickness, offset, ends=True))
     return tuple(linings)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry.body import Body
 from pneumorph.geometry.bspline import clamped, periodic
+from pneumorph.geometry.tube.bent import bent
 from pneumorph.geometry.tube.fitted import FITTED, fitted
 from pneumorph.geometry.tube.surface import Ends, TubeSurface, dome_fit
 from pneumorph.problem.columns import columns, columns_multiple
@@ -30,7 +31,7 @@ def starting_body(spec: BodySpec) -> Body[TubeSurface]:
     Parameters
     ----------
     spec : BodySpec
-        The problem's body: length, radius, control density, ripple and chambers.
+        The problem's body: length or axis, radius, control density, ripple and chambers.
     """
 
     def waves(ripple: Ripple | None) -> Callable[[Array, Array], Array]:
@@ -40,6 +41,11 @@ def starting_body(spec: BodySpec) -> Body[TubeSurface]:
         # the body's middle.
         wave = 2.0 * np.pi / ripple.period
         return lambda z, theta: ripple.amplitude * np.cos(wave * (z - spec.length / 2.0) - ripple.lobes * theta)
+
+    axis = spec.bent
+
+    def placed(tube: TubeSurface) -> TubeSurface:
+        return tube if axis is None else bent(tube, axis)
 
     def cavity(tube: TubeSurface) -> TubeSurface:
         # The first column stays and q runs in the opposite sense, so that the normal points into the cavity.
@@ -52,7 +58,7 @@ def starting_body(spec: BodySpec) -> Body[TubeSurface]:
         _tube(each.name, each, each.center, each.span, each.ends, density, multiple, waves(spec.ripple_of(each)))
         for each in spec.chamber
     ]
-    return Body(exterior, tuple(cavity(chamber) for chamber in chambers))
+    return Body(placed(exterior), tuple(cavity(placed(chamber)) for chamber in chambers))
 
 
 def _tube(

@@ -9,10 +9,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pneumorph.geometry.body import Body
 from pneumorph.geometry.bspline import Basis, clamped, periodic
+from pneumorph.geometry.regions import HalfSpace, Intersection, Region
 from pneumorph.geometry.tube.smoothing import NetAverage, net_average
 
 Ends = Literal["flat", "pole"]
+Vector = tuple[float, float, float]
+
+UPWARDS: Vector = (0.0, 0.0, 1.0)
 
 DENSITY = 3
 """Points of a shell per control point, around and along."""
@@ -40,6 +45,8 @@ class TubeSurface:
         Circumference and length in mm of the starting surface: τ_q and τ_r of (29).
     cavity : bool
         Whether the surface bounds a chamber (void) rather than the outside of the body.
+    directions : (Vector, Vector)
+        Unit vectors from base to tip at base and tip: flat ends are across them, and so are surfaces at their poles.
     """
 
     name: str
@@ -47,6 +54,7 @@ class TubeSurface:
     ends: Ends
     size: tuple[float, float]
     cavity: bool
+    directions: tuple[Vector, Vector] = (UPWARDS, UPWARDS)
 
     @property
     def n_points(self) -> int:
@@ -163,6 +171,15 @@ def dome_fit(basis: Basis, radius: NDArray[np.float64]) -> NDArray[np.float64]:
     return fitted
 
 
+def between_ends(body: Body[TubeSurface]) -> Region:
+    """What is between the planes of the ends of a body, which its flat ends are in."""
+    (base, tip), (upwards, onwards) = body.exterior.end_rows, body.exterior.directions
+    x, y, z = upwards
+    return Intersection(
+        (HalfSpace((-x, -y, -z), -float(base[0] @ upwards)), HalfSpace(onwards, float(tip[0] @ onwards)))
+    )
+
+
 def cap_points(surface: TubeSurface, tip: bool, q: ArrayLike, s: ArrayLike) -> NDArray[np.float64]:
     """Points (n, 3) in mm of an end disc, on rays from its centre (s = 0) to its rim (s = 1); linear in the net.
 
@@ -182,17 +199,31 @@ def cap_points(surface: TubeSurface, tip: bool, q: ArrayLike, s: ArrayLike) -> N
     return (1.0 - s) * row.mean(axis=0) + s * (surface.basis_q.matrix(q) @ row)
 
 
-def enclosed_volume(surface: TubeSurface) -> float:
-    """Volume in mm³ inside the surface and its ends, which are poles or planes z = constant.
+def turn_to(direction: Vector) -> NDArray[np.float64]:
+    """The rotation (3, 3) from z to a direction by the smallest angle."""
+    x, y, z = direction
+    if z < -1.0 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    turned = np.array([[x * x, x * y], [x * y, y * y], [x * (1.0 + z), y * (1.0 + z)]]) / (1.0 + z)
+    return np.column_stack([np.eye(3)[:, :2] - turned, direction])
 
-    The divergence theorem is used with the field (x, y, 0)/2, which has no flux through the ends; the quadrature is
-    exact.
+
+def enclosed_volume(surface: TubeSurface) -> float:
+    """Volume in mm³ inside the surface and its ends, which are poles or planes across its directions.
+
+    The divergence theorem is used with the field x/3; the quadrature is exact.
     """
     q, weights_q = _gauss(surface.basis_q.breaks)
     r, weights_r = _gauss(surface.basis_r.breaks)
     normal = np.cross(surface.sample(q, r, dq=1), surface.sample(q, r, dr=1))
-    flux = 0.5 * np.einsum("rqi,rqi->rq", surface.sample(q, r)[..., :2], normal[..., :2])
-    return float((-1.0 if surface.cavity else 1.0) * (weights_r @ flux @ weights_q))
+    flux = np.einsum("rqi,rqi->rq", surface.sample(q, r), normal)
+    total = float(weights_r @ flux @ weights_q)
+    if surface.ends == "flat":
+        for direction, row, sign in zip(surface.directions, surface.end_rows, (-1.0, 1.0), strict=True):
+            rim, along = surface.basis_q.matrix(q) @ row, surface.basis_q.matrix(q, 1) @ row
+            # The flux through a plane is its distance times its area.
+            total += sign * float(row[0] @ direction) * 0.5 * float(weights_q @ np.cross(rim, along) @ direction)
+    return (-1.0 if surface.cavity else 1.0) * total / 3.0
 
 
 def _gauss(breaks: NDArray[np.float64], order: int = 5) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

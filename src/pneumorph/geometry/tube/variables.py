@@ -2,9 +2,9 @@
 
 The exterior's end rows keep their z; all points of a chamber's flat end have the same z; rings in planes between
 rubbers keep theirs (see `level.py`); a pole is one point, and the row next to it has the same z, without which the end
-would be a cone. Where half-planes between rubbers cut surfaces, variables are along these and normal to them instead of
-along x and y, and columns in them keep their distance (see `wedge.py`). Bounds keep surfaces to their sides of such
-planes and half-planes.
+would be a cone. At the ends of an axis that is not straight, z is along it. Where half-planes between rubbers cut
+surfaces, variables are along these and normal to them instead of along x and y, and columns in them keep their distance
+(see `wedge.py`). Bounds keep surfaces to their sides of such planes and half-planes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pneumorph.geometry.design_space import DesignSpace, ShapeVariables, build_s
 from pneumorph.geometry.tube.images import images
 from pneumorph.geometry.tube.level import Sides, sides_of
 from pneumorph.geometry.tube.start import starting_body
-from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry.tube.surface import UPWARDS, TubeSurface, turn_to
 from pneumorph.geometry.tube.wedge import Cones, cones_of
 from pneumorph.problem.body import Symmetry
 from pneumorph.symmetry.basis import column_squares, symmetric_basis
@@ -42,7 +42,7 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     variable = np.concatenate(
         [np.where(block >= 0, block + shift, -1).ravel() for block, shift in zip(blocks, shifts, strict=True)]
     )
-    turn = _turn(np.concatenate([one.angle.ravel() for one in cones]))
+    turn = _turn(np.concatenate([_frames(*one) for one in zip(body.surfaces, cones, strict=True)]))
     own = tied_coordinates(turn.T @ body.control_points().ravel(), variable)
     L, offset, shape = sparse.csr_matrix(turn @ own.L), turn @ own.offset, own.start
     if problem.tubes.symmetry != Symmetry():
@@ -53,14 +53,24 @@ def build_design_space(problem: Problem, body: Body) -> DesignSpace:
     return build_space(problem, body, ShapeVariables(L, offset, shape, least, most))
 
 
-def _turn(angle: Array) -> sparse.csr_matrix:
-    """From coordinates of control points in frames at angles (n_points,) about z to x, y and z, (3·n, 3·n)."""
+def _frames(surface: TubeSurface, cones: Cones) -> Array:
+    """The frames (n_points, 3, 3) in which coordinates of control points are variables, as unit vectors in columns."""
+    angle = cones.angle
     cosine, sine = (np.where(np.abs(part) < 1e-15, 0.0, part) for part in (np.cos(angle), np.sin(angle)))
-    blocks = np.zeros((len(angle), 3, 3))
-    blocks[:, 0, 0], blocks[:, 0, 1], blocks[:, 1, 0], blocks[:, 1, 1], blocks[:, 2, 2] = cosine, -sine, sine, cosine, 1
-    point, row, column = np.nonzero(blocks)
+    frames = np.zeros((*angle.shape, 3, 3))
+    frames[..., 0, 0], frames[..., 0, 1], frames[..., 1, 0], frames[..., 1, 1] = cosine, -sine, sine, cosine
+    frames[..., 2, 2] = 1.0
+    for rows, direction in zip(([0, 1], [-1, -2]), surface.directions, strict=True):
+        if direction != UPWARDS:
+            frames[rows] = turn_to(direction)
+    return frames.reshape(-1, 3, 3)
+
+
+def _turn(frames: Array) -> sparse.csr_matrix:
+    """From coordinates of control points in their frames (n_points, 3, 3) to x, y and z, (3·n, 3·n)."""
+    point, row, column = np.nonzero(frames)
     places = (3 * point + row, 3 * point + column)
-    return sparse.csr_matrix((blocks[point, row, column], places), shape=(3 * len(angle), 3 * len(angle)))
+    return sparse.csr_matrix((frames[point, row, column], places), shape=(3 * len(frames), 3 * len(frames)))
 
 
 def _limits(surface: TubeSurface, sides: Sides, cones: Cones, name: str) -> Array:

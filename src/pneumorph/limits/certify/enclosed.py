@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.regions import Region
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits
@@ -104,8 +105,8 @@ class EnclosedBody(Protocol):
     def spec(self) -> Limits: ...
 
     @property
-    def length(self) -> float:
-        """The planes of the body's ends are z = 0 and z = length, mm."""
+    def between(self) -> Region:
+        """What is between the planes of the body's ends."""
         ...
 
     @property

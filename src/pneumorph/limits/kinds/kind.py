@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.geometry.regions import Region
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Pairs, Points
 from pneumorph.limits.certify.tally import Tally
@@ -29,7 +30,7 @@ class SmoothBody(Protocol):
     def spec(self) -> Limits: ...
 
     @property
-    def length(self) -> float: ...
+    def between(self) -> Region: ...
 
     def positions(self) -> list[tuple[bool, Any]]:
         """Of every surface whether it is a cavity, and the positions (n, 3) of its samples, mm."""

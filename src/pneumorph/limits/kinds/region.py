@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.regions import Cylinder, HalfSpace, Intersection, Region, box
+from pneumorph.geometry.regions import Cylinder, HalfSpace, Intersection, Region
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Pairs, Points
 from pneumorph.limits.certify.tally import Tally
@@ -36,12 +36,12 @@ def _most(limits: Limits) -> float | None:
     return 0.0 if limits.envelope.planes else limits.envelope.radius
 
 
-def between_ends(spec: Limits, length: float) -> Region:
+def between_ends(spec: Limits, between: Region) -> Region:
     """What is between the planes of the body's ends."""
-    return box((-np.inf, -np.inf, 0.0), (np.inf, np.inf, length))
+    return between
 
 
-def within_envelope(spec: Limits, length: float) -> Region:
+def within_envelope(spec: Limits, between: Region) -> Region:
     """The envelope."""
     assert spec.envelope is not None
     parts: list[Region] = [HalfSpace(*plane) for plane in spec.envelope.planes]
@@ -59,7 +59,7 @@ class Inside:
     limit : Limit
         Its value is the bound plus how far the worst point is beyond the region, or minus that where it is a distance
         that must be kept from the region's boundary.
-    region : function of the problem's limits and the length of the body
+    region : function of the problem's limits and of what is between the planes of the body's ends
     cavities : bool
         Whether it is for the chambers or for the exterior.
     ends : bool
@@ -67,7 +67,7 @@ class Inside:
     """
 
     limit: Limit
-    region: Callable[[Limits, float], Region]
+    region: Callable[[Limits, Region], Region]
     cavities: bool
     ends: bool = True
 
@@ -77,7 +77,7 @@ class Inside:
 
     def rows(self, at: SampledBody, near: Near) -> Iterator[RowBlock]:
         for number in self._surfaces(at.body, at.spec):
-            c = self._c(at.spec, at.length, at.positions(number))
+            c = self._c(at.spec, at.between, at.positions(number))
             if not self.ends:
                 c[at.in_end_planes(number)] = -np.inf
             yield self._rows(at, at.worst(number, c, -near.reach / self.limit.scale(at.spec)))
@@ -89,7 +89,7 @@ class Inside:
 
     def certify(self, body: EnclosedBody, tallies: Mapping[str, Tally]) -> None:
         def value(x: Floats) -> Floats:
-            return self._value(body.spec, body.length, x)
+            return self._value(body.spec, body.between, x)
 
         for number in self._surfaces(body.body, body.spec):
             if number in body.own:
@@ -99,13 +99,13 @@ class Inside:
     def shares(self, at: SampledBody, number: int) -> Iterator[tuple[str, Floats]]:
         bound = self.limit.read(at.spec)
         if bound is not None and self.ends and number in self._surfaces(at.body, at.spec):
-            value = self.limit.sign * self._value(at.spec, at.length, at.positions(number))
+            value = self.limit.sign * self._value(at.spec, at.between, at.positions(number))
             yield self.limit.name, self.limit.used(value, bound)
 
     def smooth(self, at: SmoothBody) -> dict[str, Any]:
         if self.limit.read(at.spec) is None:
             return {}
-        parts = [self._c(at.spec, at.length, x) for cavity, x in at.positions() if cavity == self.cavities]
+        parts = [self._c(at.spec, at.between, x) for cavity, x in at.positions() if cavity == self.cavities]
         return {self.limit.name: at.joined(parts)} if parts else {}
 
     def _surfaces(self, body: Body, spec: Limits) -> list[int]:
@@ -114,26 +114,26 @@ class Inside:
             return []
         return [number for number, surface in enumerate(body.surfaces) if surface.cavity == self.cavities]
 
-    def _value(self, spec: Limits, length: float, x: Floats) -> Floats:
+    def _value(self, spec: Limits, between: Region, x: Floats) -> Floats:
         """The value at points x (..., 3), with the limit's sign."""
-        return self.region(spec, length).beyond(x) + (0.0 if self.limit.at_least else self.limit.bound(spec))
+        return self.region(spec, between).beyond(x) + (0.0 if self.limit.at_least else self.limit.bound(spec))
 
-    def _c(self, spec: Limits, length: float, x: Any) -> Any:
+    def _c(self, spec: Limits, between: Region, x: Any) -> Any:
         """c of points x (..., 3)."""
         clearance = self.limit.bound(spec) if self.limit.at_least else 0.0
-        return (self.region(spec, length).beyond(x) + clearance) / self.limit.scale(spec)
+        return (self.region(spec, between).beyond(x) + clearance) / self.limit.scale(spec)
 
     def _rows(self, at: SampledBody, points: Placed) -> RowBlock:
         numbers, weights = at.sums(points)
         x = np.einsum("mk,mkc->mc", weights, at.body.control_points()[numbers])
-        slope = self.region(at.spec, at.length).outward(x) / self.limit.scale(at.spec)
+        slope = self.region(at.spec, at.between).outward(x) / self.limit.scale(at.spec)
         # Coordinates along which the region has no boundary are left out.
         some = np.flatnonzero(slope.any(axis=0))
         wide = numbers.shape[1] * len(some)
         return RowBlock(
             np.zeros(len(x), dtype=np.int64),
             points.cell,
-            self._c(at.spec, at.length, x),
+            self._c(at.spec, at.between, x),
             (3 * numbers[..., None] + some).reshape(len(x), wide),
             (weights[..., None] * slope[:, None, some]).reshape(len(x), wide),
         )

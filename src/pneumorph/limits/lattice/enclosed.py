@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displaced
+from pneumorph.geometry.regions import Region
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
 from pneumorph.limits.lattice.neighbours import Links, balls, close_pairs
@@ -57,7 +58,7 @@ class EnclosedLattices:
     ----------
     body : Body
     spec : problem.Limits
-    length : float
+    between : Region
         See `EnclosedBody`.
     patches : sequence of Patches
         Of each surface, the exterior first.
@@ -69,7 +70,7 @@ class EnclosedLattices:
 
     body: Body
     spec: Limits
-    length: float
+    between: Region
     patches: Sequence[Patches]
     links: Sequence[Links]
     rims: Rims

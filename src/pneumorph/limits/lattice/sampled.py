@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displaced
+from pneumorph.geometry.regions import Region
 from pneumorph.limits.lattice.enclosed import coordinates
 from pneumorph.limits.lattice.neighbours import Links, close_pairs
 from pneumorph.limits.lattice.rims import Rims
@@ -38,7 +39,7 @@ class SampledLattices:
     ----------
     body : Body
     spec : problem.Limits
-    length : float
+    between : Region
         See `SampledBody`.
     patches : sequence of Patches
         Of each surface, the exterior first.
@@ -50,7 +51,7 @@ class SampledLattices:
 
     body: Body
     spec: Limits
-    length: float
+    between: Region
     patches: Sequence[Patches]
     links: Sequence[Links]
     rims: Rims

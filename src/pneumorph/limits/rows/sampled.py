@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.regions import Region
 from pneumorph.limits.certify.places import Points
 
 if TYPE_CHECKING:
@@ -111,8 +112,8 @@ class SampledBody(Protocol):
     def spec(self) -> Limits: ...
 
     @property
-    def length(self) -> float:
-        """The planes of the body's ends are z = 0 and z = length, mm."""
+    def between(self) -> Region:
+        """What is between the planes of the body's ends."""
         ...
 
     def positions(self, number: int) -> Floats:

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.regions import Region
+from pneumorph.geometry.tube.surface import between_ends
 from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
 from pneumorph.limits.tube.certify.cells import KnotSpans, knot_spans
 from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
@@ -41,8 +43,8 @@ class EnclosedTubes:
     spans: tuple[KnotSpans, ...]
 
     @property
-    def length(self) -> float:
-        return float(self.body.exterior.net[-1, 0, 2])
+    def between(self) -> Region:
+        return between_ends(self.body)
 
     @property
     def own(self) -> list[int]:

@@ -91,7 +91,8 @@ def _ratios(x: Any, grid: Grid, neighbourhood: float) -> tuple[Any, Any]:
     """Heights in mm (rows - 2, columns) of samples x (3, rows, columns) over the planes of the base and the tip,
     relative to the part of the fold distance to be kept there; samples on the rims are left out."""
     along = grid.r[1:-1, None] * grid.size[1] / neighbourhood
-    base, tip = x[2] - x[2, :1], x[2, -1:] - x[2]
+    upwards, onwards = (np.array(direction)[:, None, None] for direction in grid.directions)
+    base, tip = (upwards * (x - x[:, :1])).sum(axis=0), (onwards * (x[:, -1:] - x)).sum(axis=0)
     return base[1:-1] / np.minimum(along, 1.0), tip[1:-1] / np.minimum(along[::-1], 1.0)
 
 
@@ -100,10 +101,10 @@ def _worst(limits: LimitSamples, body: Body, number: int, reach: float) -> Place
     samples, surface = limits.fine[number], body.surfaces[number]
     r = np.clip(samples.r, *_within_edges(limits, number))
     support, functions = nonzero_functions(surface.basis_r, r)
-    net = np.ascontiguousarray(np.moveaxis(surface.net[..., 2:], 2, 0))
-    z = combined(net, support, functions[None, None], samples.support_q, samples.local_q, np.zeros((1, 2), int))[0, 0]
+    net = np.ascontiguousarray(np.moveaxis(surface.net, 2, 0))
+    x = combined(net, support, functions[None, None], samples.support_q, samples.local_q, np.zeros((1, 2), int))[0]
     slope, end = _over_planes(limits, body, number, r)
-    c = 1.0 + slope[:, None] * (z - surface.net[end, 0, 2][:, None])
+    c = 1.0 + np.einsum("rc,crq->rq", slope, x - surface.net[end, 0].T[..., None])
     own, least = limits.own_fine[number], -reach / RIM.bound(limits.spec)
     row, column, cell = worst_samples(c, own, FINE, limits.spans[number], least)
     return Placed(number, limits.first[number] + cell, on_tube(samples.q[column], r[row]))
@@ -115,11 +116,11 @@ def _within_edges(limits: LimitSamples, number: int) -> tuple[float, float]:
 
 
 def _over_planes(limits: LimitSamples, body: Body, number: int, r: Floats) -> tuple[Floats, Ints]:
-    """Derivative (m,) of c by the height of points at r over the plane of the nearer end, and the row of that end."""
+    """Derivative (m, 3) of c by points at r, relative to those of the nearer end, and the row of that end."""
     spec, surface, tip = limits.spec.fold, body.surfaces[number], r > 0.5
     along = np.where(tip, 1.0 - r, r) * surface.size[1]
     slope = np.where(tip, 1.0, -1.0) / (spec.distance * np.minimum(along / spec.neighbourhood, 1.0))
-    return slope, np.where(tip, surface.net.shape[0] - 1, 0)
+    return slope[:, None] * np.array(surface.directions)[tip.astype(int)], np.where(tip, surface.net.shape[0] - 1, 0)
 
 
 def _rows(at: SampledTubes, points: Placed) -> RowBlock:
@@ -128,15 +129,19 @@ def _rows(at: SampledTubes, points: Placed) -> RowBlock:
     q, r = points.at[:, 0], np.clip(points.at[:, 1], *_within_edges(limits, points.number))
     slope, end = _over_planes(limits, body, points.number, r)
     numbers, weights = point_weights(surface, q, r)
-    z = np.einsum("mk,mk->m", weights, surface.net[..., 2].ravel()[numbers])
-    # The plane moves with the end row, whose points all have the same z.
+    x = np.einsum("mk,mkc->mc", weights, surface.net.reshape(-1, 3)[numbers])
+    # The plane moves with the end row, whose points are all in it.
     ends, whole = point_weights(surface, q, np.where(end > 0, 1.0, 0.0))
+    numbers, weights = np.concatenate([numbers, ends], axis=1), np.concatenate([weights, -whole], axis=1)
+    # Coordinates in the planes are left out.
+    some = np.flatnonzero(np.any(surface.directions, axis=0))
+    wide = numbers.shape[1] * len(some)
     return RowBlock(
-        np.zeros(len(z), dtype=np.int64),
+        np.zeros(len(x), dtype=np.int64),
         points.cell,
-        1.0 + slope * (z - surface.net[end, 0, 2]),
-        3 * (body.slices[points.number].start + np.concatenate([numbers, ends], axis=1)) + 2,
-        slope[:, None] * np.concatenate([weights, -whole], axis=1),
+        1.0 + np.einsum("mc,mc->m", slope, x - surface.net[end, 0]),
+        (3 * (body.slices[points.number].start + numbers)[..., None] + some).reshape(len(x), wide),
+        (weights[..., None] * slope[:, None, some]).reshape(len(x), wide),
     )
 
 
@@ -159,11 +164,12 @@ def bounds(
         Worst of these attained elsewhere, mm.
     """
     rows = surface.basis_r.spans
-    z = spans.x[:, 2].reshape(rows, -1, 4, 4)
     per_end = []
     for tip in (False, True):
-        height = np.einsum("ij,abjm->abim", BACKWARDS, z)[::-1] if tip else z.copy()
-        height[:, :, 0, 0] -= surface.net[-1 if tip else 0, 0, 2]
+        direction = np.array(surface.directions[tip])
+        along = np.einsum("ncij,c->nij", spans.x, direction).reshape(rows, -1, 4, 4)
+        height = np.einsum("ij,abjm->abim", BACKWARDS, along)[::-1] if tip else along
+        height[:, :, 0, 0] -= surface.net[-1 if tip else 0, 0] @ direction
         height = -height if tip else height
         start, width = np.arange(rows) / rows, 1.0 / rows
         own = spans.own.reshape(rows, -1)[:: -1 if tip else 1].ravel()
@@ -176,7 +182,7 @@ def bounds(
         away = np.stack([height, np.zeros_like(height)], axis=2)
         away[:, :, 1, 0, 0] = 1.0
 
-        columns = z.shape[1]
+        columns = along.shape[1]
         edge = np.repeat(np.clip((neighbourhood / surface.size[1] - start) / width, 0.0, 1.0), columns)
         lower, upper = np.concatenate([np.zeros_like(edge), edge]), np.concatenate([edge, np.ones_like(edge)])
         count = len(lower)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.regions import Region
 from pneumorph.limits.rows.sampled import CLOSE, DIGITS, Couples, Placed, Sums, worst_of_cells
 from pneumorph.limits.tube.measures import expansion
 from pneumorph.limits.tube.measures.distances import SampledSurface, closest_within, nearest_fold, sampled_surface
@@ -52,8 +53,8 @@ class SampledTubes:
         return self.samples.spec
 
     @property
-    def length(self) -> float:
-        return self.samples.length
+    def between(self) -> Region:
+        return self.samples.between
 
     @cached_property
     def fields(self) -> list[SampledFields]:

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
+from pneumorph.geometry.regions import Region
 from pneumorph.geometry.tube.local import point_weights
+from pneumorph.geometry.tube.surface import between_ends
 from pneumorph.limits.rows.sampled import rounded
 from pneumorph.limits.tube.measures.grid import Grid, grid
 
@@ -37,8 +39,8 @@ class LimitSamples:
     Attributes
     ----------
     spec : problem.Limits
-    length : float
-        Length of the body, mm: its end discs lie at z = 0 and z = length.
+    between : Region
+        What is between the planes of the body's ends, in which its end discs lie.
     fine, coarse : tuples of Grid
         Samples of each surface, see `FINE` and `COARSE`.
     spans : tuple of (int, int)
@@ -50,7 +52,7 @@ class LimitSamples:
     """
 
     spec: Limits
-    length: float
+    between: Region
     fine: tuple[Grid, ...]
     coarse: tuple[Grid, ...]
     spans: tuple[tuple[int, int], ...]
@@ -65,7 +67,7 @@ class LimitSamples:
 
 
 def sample_limits(body: Body, spec: Limits, group: Sequence[Floats] = ()) -> LimitSamples:
-    """Build the samples for all bodies of a run, which share net shapes, starting sizes, length and symmetry.
+    """Build the samples for all bodies of a run, which share net shapes, starting sizes, ends and symmetry.
 
     The operations (3, 3) of the symmetry group act about (0, 0, length/2).
     """
@@ -75,7 +77,7 @@ def sample_limits(body: Body, spec: Limits, group: Sequence[Floats] = ()) -> Lim
     middles = [tuple((np.arange(count) + 0.5) / count for count in counts) for counts in spans]
     return LimitSamples(
         spec=spec,
-        length=float(body.exterior.net[-1, 0, 2]),
+        between=between_ends(body),
         fine=fine,
         coarse=coarse,
         spans=spans,

@@ -17,6 +17,7 @@ import numpy as np
 from jax import Array
 from numpy.typing import ArrayLike, NDArray
 
+from pneumorph.geometry.regions import Region
 from pneumorph.limits.tube.measures.distances import (
     ClosestPoints,
     distances,
@@ -53,8 +54,8 @@ class LimitFunctions:
         Samples of each surface, the exterior first.
     slices : tuple of slice
         Control points of each surface.
-    length : float
-        The body's length in mm: its end discs lie at z = 0 and z = length.
+    between : Region
+        What is between the planes of the body's ends, in which its end discs lie.
     spec : problem.Limits
     reach : float
         Partners are found up to this distance beyond the limit, mm.
@@ -63,7 +64,7 @@ class LimitFunctions:
     kinds: tuple[Kind, ...]
     grids: tuple[Grid, ...]
     slices: tuple[slice, ...]
-    length: float
+    between: Region
     spec: Limits
     reach: float
 
@@ -207,8 +208,8 @@ class SmoothTubes:
         return self.samples.spec
 
     @property
-    def length(self) -> float:
-        return self.samples.length
+    def between(self) -> Region:
+        return self.samples.between
 
     def positions(self) -> list[tuple[bool, Array]]:
         return [(grid.cavity, x.reshape(3, -1).T) for x, grid in zip(self.tubes, self.samples.grids, strict=True)]

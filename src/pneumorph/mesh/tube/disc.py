@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface, turn_to
 from pneumorph.mesh.plane import quality_of, triangulate
 from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.mesh.tube.patch import Patch
@@ -29,8 +29,10 @@ _STRAIGHT = 1e-3
 def with_sound_discs(patch: Patch, surface: TubeSurface, size: float) -> Patch:
     """The patch, its poor end discs triangulated again with edges of this size, mm, but those of several regions."""
     if surface.ends == "flat":
-        for part in (0, 2):
-            patch = _sound(patch, patch.part == part, patch.B @ surface.net.reshape(-1, 3), size)
+        for part, direction in zip((0, 2), surface.directions, strict=True):
+            # In coordinates of which the last is across the disc.
+            nodes = patch.B @ surface.net.reshape(-1, 3) @ turn_to(direction)
+            patch = _sound(patch, patch.part == part, nodes, size)
     return patch
 
 
@@ -40,7 +42,7 @@ def _sound(patch: Patch, disc: np.ndarray, nodes: np.ndarray, size: float) -> Pa
     if not len(old):
         return patch
     (ax, ay), (bx, by), (cx, cy) = nodes[old[:, :3], :2].transpose(1, 2, 0)
-    # Where normals point down, triangles are counter-clockwise in a mirror.
+    # Where normals point to the base, triangles are counter-clockwise in a mirror.
     axes = [0, 1] if ((bx - ax) * (cy - ay) - (by - ay) * (cx - ax)).sum() > 0 else [1, 0]
     several = len(set(zip(patch.behind[disc], patch.ahead[disc], strict=True))) > 1
     if several or quality_of(nodes[old][..., axes]).min() >= _POOR:

@@ -50,11 +50,11 @@ def build_objectives(problem: Problem, aimed: bool = False) -> dict[str, Objecti
     """
     chambers = tuple(chamber.name for chamber in problem.body.chamber)
     obstacles = tuple(obstacle.name for obstacle in problem.obstacle)
-    objectives = {}
+    (base, tip), objectives = problem.body.ends, {}
     for number, task in enumerate(problem.task):
         if aimed and not task.objective.aimed:
             continue
-        scope = Scope(f"task[{number}].objective", problem.body.length, chambers, obstacles)
+        scope = Scope(f"task[{number}].objective", problem.body.length, tip - base, chambers, obstacles)
         shift = [pose_of(task.poses.get(name, ())) for name in obstacles]
         built = KINDS[type(task.objective)].build(task.objective, scope)
         objectives[task.name] = replace(built, shift=np.array(shift).reshape(-1, 6))

@@ -12,10 +12,23 @@ from pneumorph.objective.objective import Objective
 
 
 class Scope(NamedTuple):
-    """What of a problem objectives depend on: their key in the file, the body's length in mm, and names."""
+    """What of a problem objectives depend on.
+
+    Attributes
+    ----------
+    key : str
+        Their key in the file.
+    length : float
+        Of the body, mm.
+    tip : (3,) array
+        From the centre of the base to that of the tip, mm.
+    chambers, obstacles : tuple of str
+        Names.
+    """
 
     key: str
     length: float
+    tip: np.ndarray
     chambers: tuple[str, ...] = ()
     obstacles: tuple[str, ...] = ()
 

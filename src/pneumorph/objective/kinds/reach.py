@@ -16,7 +16,7 @@ from pneumorph.problem import Reach
 
 def build(asked: Reach, scope: Scope) -> Objective:
     """See `Kind`."""
-    return reach(asked, scope.length)
+    return reach(asked, scope.tip)
 
 
 def target(asked: Reach, length: float, motion: np.ndarray | None) -> Target:
@@ -25,12 +25,15 @@ def target(asked: Reach, length: float, motion: np.ndarray | None) -> Target:
     return Target(place=None if asked.position is None else np.array(asked.position), axis=axis)
 
 
-def reach(asked: Reach, length: float) -> Objective:
-    """Objective for a target position of the plate's centre, relative to the base's, and rotation: (8)–(10)."""
+def reach(asked: Reach, tip: np.ndarray) -> Objective:
+    """Objective for a target position of the plate's centre, relative to the base's, and rotation: (8)–(10).
+
+    Relative to the base's centre, the plate's starts at `tip` (3,), mm.
+    """
     parts: list[tuple[float, FeatureFunction]] = []
     errors: dict[str, FeatureFunction] = {}
     if asked.position is not None:
-        wanted = jnp.array(asked.position) - jnp.array([0.0, 0.0, length])
+        wanted = jnp.array(asked.position) - jnp.asarray(tip)
 
         def away(f: Features) -> Array:
             return f.translation - wanted

@@ -44,10 +44,14 @@ def check_shapes(problem: Tables) -> Iterator[tuple[str, str]]:
             f"{limits.fold.neighbourhood:g} mm is not larger than limits.fold.distance = {limits.fold.distance:g} "
             "mm, so even a flat surface would be too close to itself; make it larger",
         )
+    along = {name: 0.0 for name, *_ in tubes}
+    if body.bent:
+        outlines = [body.outline, *(chamber.outline.moved(*chamber.center) for chamber in body.chamber)]
+        along = {name: body.bent.bends(outline) for name, outline in zip(along, outlines, strict=True)}
     for name, radius, ends, ripple, _ in tubes:
         amplitude, wave = (ripple.amplitude, 2 * math.pi / ripple.period) if ripple else (0.0, 0.0)
-        # h₁ = ½(k₁² + k₂²): on the tube at the ripple's crests, and on a hemisphere.
-        tube = 0.5 * ((radius - amplitude) ** -2 + (amplitude * wave**2) ** 2)
+        # h₁ = ½(k₁² + k₂²): on the tube at the ripple's crests and inside a bend, and on a hemisphere.
+        tube = 0.5 * ((radius - amplitude) ** -2 + (amplitude * wave**2 + along[name]) ** 2)
         bend = max(tube, radius**-2 if ends == "pole" else 0.0)
         if bend > _BEYOND * limits.curvature:
             yield (

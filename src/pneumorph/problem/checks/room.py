@@ -12,6 +12,7 @@ from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection
 
 from pneumorph.cad.shells import encloses, shells_of
+from pneumorph.problem.body import BodySpec
 from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.envelope import Envelope
 from pneumorph.problem.table import ROUNDING
@@ -36,7 +37,7 @@ curved as their surfaces are: shorter ones could widen like a dome."""
 def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
     """Key and reason where no body of tubes fits into the envelope.
 
-    These are necessary conditions. Base and tip of every design are at z = 0 and z = length. A ball of the radius
+    These are necessary conditions. Base and tip of every design stay in their planes. A ball of the radius
     `limits.wall` around a point in a chamber is in the body. A section of a chamber whose curvature is 1/r at most has
     a circle of radius r in it (Pestov & Ionin, Doklady AN SSSR 127 (1959) 1170), and `limits.curvature` is at least
     half of the square of that curvature. Circles in chambers side by side are a wall apart, and a wall away from the
@@ -47,15 +48,17 @@ def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
     if envelope is None or (envelope.radius is not None and envelope.radius <= wall):
         return
     normals, offsets = _planes(envelope)
-    for end, z in (("base", 0.0), ("tip", body.length)):
-        if _largest_ball(normals[:, :2], offsets - z * normals[:, 2])[0] <= ROUNDING:
+    for end, place, turn in zip(("base", "tip"), body.ends, body.turns, strict=True):
+        if _largest_ball(normals @ turn[:, :2], offsets - normals @ place)[0] <= ROUNDING:
+            where = f"at z = {place[2]:g} mm" if turn[2, 2] == 1.0 else f"in its plane through {_words(place)}"
             yield (
                 "limits.envelope",
-                f"does not contain any of the body's {end}, which stays at z = {z:g} mm; make it larger or move it",
+                f"does not contain any of the body's {end}, which stays {where}; make it larger or move it",
             )
             return
-    ends = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
-    largest, _ = _largest_ball(np.vstack([normals, ends]), np.append(offsets, [0.0, body.length]))
+    onwards = body.turns[1][:, 2]
+    ends = np.array([[0.0, 0.0, -1.0], onwards])
+    largest, _ = _largest_ball(np.vstack([normals, ends]), np.append(offsets, [0.0, onwards @ body.ends[1]]))
     if largest < wall - ROUNDING:
         yield (
             "limits.envelope",
@@ -63,6 +66,19 @@ def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
             f"{wall:g} mm; make it larger",
         )
         return
+    crowded = () if body.bent else tuple(_side_by_side(problem, normals, offsets))
+    yield from crowded
+    if not crowded and (beyond := _beyond(problem, normals, offsets)) > FAR * body.mean_radius:
+        yield (
+            "limits.envelope",
+            f"is left by the body at the start by {beyond:.3g} mm, more than a quarter of its radius, which no design "
+            "near it makes up for; make it larger, or begin with a body within it",
+        )
+
+
+def _side_by_side(problem: Tables, normals: Array, offsets: Array) -> Iterator[tuple[str, str]]:
+    """Where chambers beside each other do not fit into half-spaces along z."""
+    wall = problem.limits.wall
     upright = np.abs(normals[:, 2]) < ROUNDING
     across, beside = normals[upright, :2], offsets[upright]
     circle = _least_circle(problem)
@@ -82,20 +98,13 @@ def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
             f"has room for at most {room} chambers side by side, for {why}, but there are {side_by_side}; make it "
             "larger, or change these limits",
         )
-        return
-    if (beyond := _beyond(problem, normals, offsets)) > FAR * body.mean_radius:
-        yield (
-            "limits.envelope",
-            f"is left by the body at the start by {beyond:.3g} mm, more than a quarter of its radius, which no design "
-            "near it makes up for; make it larger, or begin with a body within it",
-        )
 
 
 def _beyond(problem: Tables, normals: Array, offsets: Array) -> float:
     """How far the base and the tip of the starting body are outside of half-spaces, mm."""
     body = problem.tubes
-    ends = ((0.0, 1.0), (body.length, body.taper))
-    points = [np.pad(body.outline.scaled(size).points, ((0, 0), (0, 1)), constant_values=z) for z, size in ends]
+    ends = zip((1.0, body.taper), body.ends, body.turns, strict=True)
+    points = [place + body.outline.scaled(size).points @ turn[:, :2].T for size, place, turn in ends]
     return float((np.concatenate(points) @ normals.T - offsets).max())
 
 
@@ -103,6 +112,10 @@ def _least_circle(problem: Tables) -> float:
     """Radius of a circle that is in a section of every chamber, mm; 0 where that is not known."""
     radius = 1.0 / math.sqrt(2.0 * problem.limits.curvature)
     return radius if all(end - start >= LONG * radius for start, end in _spans(problem)) else 0.0
+
+
+def _words(place: Array) -> str:
+    return f"({', '.join(f'{part:.3g}' for part in place)}) mm"
 
 
 def _planes(envelope: Envelope) -> tuple[Array, Array]:
@@ -182,7 +195,13 @@ def _inside(problem: Tables, point: Array) -> str | None:
         if not encloses(faces, shells.outside, point):
             return None
         return "a chamber" if any(encloses(faces, void, point) for void in shells.voids) else "the rubber"
-    body, (x, y, z) = problem.tubes, point
+    axis = problem.tubes.bent
+    places = [(point[0], point[1], point[2])] if axis is None else axis.coordinates(point)
+    return next((found for place in places if (found := _inside_tubes(problem.tubes, *place)) is not None), None)
+
+
+def _inside_tubes(body: BodySpec, x: float, y: float, z: float) -> str | None:
+    """The same by x and y in the cross-section and z along the axis."""
     if not 0.0 < z < body.length:
         return None
     within = []

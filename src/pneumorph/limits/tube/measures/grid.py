@@ -15,7 +15,7 @@ from jax import Array
 from numpy.typing import NDArray
 
 from pneumorph.geometry.tube.local import nonzero_functions
-from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface, Vector
 from pneumorph.limits.tube.measures.pole_frame import Frame, frame
 from pneumorph.limits.tube.measures.spline_fields import combined
 
@@ -39,7 +39,7 @@ class Grid:
 
     Attributes
     ----------
-    name, cavity, size
+    name, cavity, size, directions
         See `TubeSurface`.
     net_shape : (int, int)
         Rows and columns of the control net.
@@ -59,6 +59,7 @@ class Grid:
     name: str
     cavity: bool
     size: tuple[float, float]
+    directions: tuple[Vector, Vector]
     net_shape: tuple[int, int]
     q: NDArray[np.float64]
     r: NDArray[np.float64]
@@ -136,6 +137,7 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
         name=surface.name,
         cavity=surface.cavity,
         size=surface.size,
+        directions=surface.directions,
         net_shape=(n_r, n_q),
         q=q,
         r=r,

@@ -1,0 +1,61 @@
+"""Limits of tubes about a bent axis: certified values against those of a piece of a torus, and rows against these."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pneumorph.geometry.tube import build_design_space, starting_body
+from pneumorph.limits.of_shape import limits_of
+from pneumorph.limits.table import ROWS
+from pneumorph.problem import Problem
+
+CURVATURE, CHAMBER, EXTERIOR = math.radians(60) / 40.0, 5.0, 8.0
+
+
+@pytest.fixture(scope="module")
+def problem():
+    chamber = {"name": "A", "radius": f"{CHAMBER} mm", "center": ["0 mm", "0 mm"], "span": ["4 mm", "36 mm"]}
+    axis = [{"length": "40 mm", "bend": "60 deg", "towards": "30 deg"}]
+    return Problem.model_validate(
+        {
+            "material": {"name": "Dragon Skin 20"},
+            "body": {"radius": f"{EXTERIOR} mm", "axis": axis, "control_density": "0.5 /mm", "chamber": [chamber]},
+            "task": [{"name": "bend", "pressure": {}, "objective": {"motion": "bending_y"}}],
+            "limits": {"envelope": {"half_space": [{"point": ["0 mm", "0 mm", "50 mm"], "normal": [0, 0, 1]}]}},
+        }
+    )
+
+
+def test_certified_values_are_those_of_a_torus(problem):
+    body = starting_body(problem.tubes)
+    found = limits_of(problem, body).certify(body)
+    assert found.satisfied()
+    assert found["wall"].value == pytest.approx(EXTERIOR - CHAMBER, rel=2e-3)
+    inside = CURVATURE / (1.0 - CHAMBER * CURVATURE)
+    assert found["curvature"].value == pytest.approx(0.5 * (CHAMBER**-2 + inside**2), rel=5e-3)
+    # From the plane of the base, and as far from that of the tip: the inner edges of the chamber's ends.
+    across = (1.0 / CURVATURE - CHAMBER) * math.sin(4.0 * CURVATURE)
+    assert found["planes"].value == pytest.approx(across, rel=2e-3)
+    assert abs(found["ends"].value) < 1e-9
+    # The highest place, outside the bend where it ends.
+    high = (1.0 / CURVATURE + EXTERIOR) * math.sin(math.radians(60)) - 50.0
+    assert found["envelope"].value == pytest.approx(high, abs=0.01)
+
+
+@pytest.mark.parametrize("kind", ["planes", "rim", "ends"])
+def test_rows_of_planes_are_exact(problem, kind):
+    """Heights over tilted planes are linear in the control points, and rows say by how much."""
+    body = starting_body(problem.tubes)
+    space, limits = build_design_space(problem, body), limits_of(problem, body)
+    phi = space.start + np.random.default_rng(3).uniform(-0.1, 0.1, space.n)
+    way = 1e-3 * np.sin(np.arange(space.n))
+    here, there = (limits.rows(space.body(at), 6.0, -1.0) for at in (phi, phi + way))
+    found = {}
+    for rows, values in ((here, here.value + here.jacobian @ (space.L @ way)), (there, there.value)):
+        own = rows.kind == ROWS.index(kind)
+        found.setdefault(kind, []).append(dict(zip(rows.cell[own].tolist(), values[own].tolist(), strict=True)))
+    before, after = found[kind]
+    both = sorted(set(before) & set(after))
+    assert len(both) > 20
+    assert np.median([abs(before[cell] - after[cell]) for cell in both]) < 1e-9
