@@ -160,7 +160,9 @@ def test_what_does_not_fit_is_refused_by_its_key(key, said, changed):
 
 
 def test_a_straight_axis_is_none():
-    problem = Problem.model_validate(table(axis=[{"length": "40 mm"}, {"length": "20 mm"}], symmetry={"mirror": ["xy"]}))
+    problem = Problem.model_validate(
+        table(axis=[{"length": "40 mm"}, {"length": "20 mm"}], symmetry={"mirror": ["xy"]})
+    )
     plain = Problem.model_validate(table(axis=None, length="60 mm"))
     nets = [starting_body(each.tubes).exterior.net for each in (problem, plain)]
     np.testing.assert_array_equal(*nets)

@@ -117,6 +117,6 @@ class Axis:
         return max(float((outline.points @ arc.inwards).max()) * arc.curvature for arc in self.arcs)
 
     def bends(self, outline: Outline) -> float:
-        """The largest curvature along a tube of this outline about it, 1/mm, where lines shrink by less than 1."""
+        """The largest curvature along a tube of this outline about it, 1/mm; a very large one at a cusp."""
         inside = ((arc.curvature, float((outline.points @ arc.inwards).max())) for arc in self.arcs)
-        return max(curvature / (1.0 - curvature * reach) for curvature, reach in inside)
+        return max(curvature / max(1.0 - curvature * reach, 1e-9) for curvature, reach in inside)
