@@ -192,15 +192,24 @@ def closest(one: Patch, other: Patch, t: np.ndarray) -> np.ndarray:
     return best
 
 
+def normal(row: np.ndarray) -> np.ndarray:
+    """Unit normal of the plane of an end row, from base to tip; q runs counter-clockwise on the exterior."""
+    area = np.cross(row - row.mean(axis=0), np.roll(row, -1, axis=0) - row).sum(axis=0)
+    return area / np.linalg.norm(area)
+
+
 def measured(nets: dict[str, np.ndarray], ends: dict[str, str]) -> dict[str, float]:
     """Wall, envelope and curvature of a body."""
-    exterior, length = Patch(nets["exterior"]), nets["exterior"][-1, 0, 2]
+    exterior = Patch(nets["exterior"])
+    # The planes of the flat ends, from their rims: base and tip, with normals into the body.
+    planes = [(nets["exterior"][k, 0], -way * normal(nets["exterior"][k])) for k, way in ((0, -1.0), (-1, 1.0))]
     chambers = {name: Patch(nets[f"chamber_{name}"]) for name in ends}
     walls, bends, closed = [], [largest(exterior, bending)], [[exterior]]
     for name, patch in chambers.items():
         margin = 1 / (16 * patch.spans) if ends[name] == "pole" else 0.0
         bends.append(largest(patch, bending, margin, 1.0 - margin))
-        walls.append(-largest(patch, lambda p, q, r: np.abs(p.at(q, r, [(0, 0)])[0][:, 2] - length / 2) - length / 2))
+        for place, inwards in planes:
+            walls.append(-largest(patch, lambda p, q, r, at=place, n=inwards: (at - p.at(q, r, [(0, 0)])[0]) @ n))
         closed.append([patch] + [disc(patch.net[k]) for k in (0, -1) if ends[name] == "flat"])
     for some, others in combinations(closed, 2):
         for one, other in product(some, others):

@@ -111,10 +111,10 @@ def _toml(value: Any) -> str:
 def _default(key: str, value: Node, table: Node) -> str:
     if key in table.get("required", ()):
         return "must be given"
-    choices = (*table.get("oneOf", ()), *table.get("anyOf", ()))
-    alternatives = [one for choice in choices for one in choice.get("required", ())]
-    if key in alternatives and "default" not in value:
-        return f"this or {', '.join(f'`{other}`' for other in alternatives if other != key)} must be given"
+    choices = (part.get(kind, ()) for part in (table, *table.get("allOf", ())) for kind in ("oneOf", "anyOf"))
+    for alternatives in ([one for choice in each for one in choice.get("required", ())] for each in choices):
+        if key in alternatives and "default" not in value:
+            return f"this or {', '.join(f'`{other}`' for other in alternatives if other != key)} must be given"
     default = value.get("default", value.get("const"))
     if isinstance(default, dict):
         return "those of its keys"

@@ -6,7 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pneumorph.errors import ComputationError
 from pneumorph.geometry import Body
+from pneumorph.geometry.tube import starting_body
+from pneumorph.problem import Problem
 
 make = pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 
@@ -95,3 +98,22 @@ def test_triangles_that_are_amiss_are_told(bodies, tmp_path, form):
 def test_results_computed_by_numpy_can_be_stored():
     check = make.Check("core-A", "deflection", np.float64(0.1), 0.2)
     assert json.loads(json.dumps({"value": check.value, "passed": check.passed})) == {"value": 0.1, "passed": True}
+
+
+@pytest.mark.parametrize("ends", ["flat", "pole"])
+def test_files_of_a_body_with_a_bent_axis_pass_and_it_gets_no_mould(ends, tmp_path):
+    chamber = {"name": "A", "radius": "4 mm", "center": ["1 mm", "0 mm"], "span": ["4 mm", "36 mm"], "ends": ends}
+    axis = [{"length": "10 mm"}, {"length": "30 mm", "bend": "100 deg", "towards": "40 deg"}]
+    problem = Problem.model_validate(
+        {
+            "material": {"name": "Dragon Skin 20"},
+            "body": {"radius": "8 mm", "axis": axis, "control_density": "0.4 /mm", "chamber": [chamber]},
+            "task": [{"name": "bend", "pressure": {}, "objective": {"motion": "bending_y"}}],
+        }
+    )
+    body = starting_body(problem.tubes)
+    made = make.make(body, tmp_path / "alone", chord=0.1)
+    assert made.checks and not made.failed
+    with pytest.raises(ComputationError, match="straight axis"):
+        make.make(body, tmp_path / "mould", chord=0.1, problem=problem)
+    assert (tmp_path / "mould" / "body.step").is_file()

@@ -150,6 +150,13 @@ def _section(tube: dict[str, Any]) -> str:
     return f"section {section['kind']} ({', '.join(sizes)}){tapered}"
 
 
+def _axis(body: dict[str, Any]) -> str:
+    """The axis in the table of a body in words; none where it is straight."""
+    arcs = [arc for arc in body.get("axis") or () if arc["bend"] != "0 deg"]
+    bends = (f"{arc['bend']} towards {arc['towards']} over {arc['length']}" for arc in arcs)
+    return f" along an axis that bends by {', '.join(bends)}" if arcs else ""
+
+
 def _body(problem: Problem) -> Iterator[tuple[str, str]]:
     """What body it is, line by line, each with its style."""
     if problem.solid is not None:
@@ -160,7 +167,7 @@ def _body(problem: Problem) -> Iterator[tuple[str, str]]:
         f"{chamber['name']}, {_section(chamber)}, z from {chamber['span'][0]} to {chamber['span'][1]}"
         for chamber in body["chamber"]
     )
-    yield f"body      length {body['length']}, {_section(body)}; chambers: {chambers}", ""
+    yield f"body      length {body['length']}{_axis(body)}, {_section(body)}; chambers: {chambers}", ""
 
 
 def _description(at: AnalysedBody) -> Iterator[tuple[str, str]]:

@@ -21,7 +21,7 @@ from pneumorph.output.pressures import has_free_pressures, pressures_figure
 from pneumorph.output.render import Drawing, NoPicture
 from pneumorph.output.scenes import Scene, highest_stretch, scenes_of
 from pneumorph.output.shape import shape_figure
-from pneumorph.output.tube.nets import of_tubes
+from pneumorph.output.tube.nets import of_straight_tubes
 from pneumorph.output.tube.profile import profile_figure
 from pneumorph.output.view import View
 from pneumorph.problem import Problem
@@ -106,13 +106,13 @@ def compared_profiles(run: RunDirectory, history: list[HistoryEntry], number: in
     Raises
     ------
     ProblemError
-        If the body is not of tubes.
+        If the body is not of straight tubes.
     """
     number = history[-1].iteration if number is None else number
     envelope = run.problem.limits.envelope
     first, last = (run.load_design(each).body(run.problem) for each in (history[0].iteration, number))
-    if not of_tubes(first):
-        raise ProblemError("picture: a profile is drawn of tubes only; ask for the body")
+    if not of_straight_tubes(first):
+        raise ProblemError("picture: a profile is drawn of straight tubes only; ask for the body")
     return profile_figure(first, last, envelope and envelope.radius, ("start", _called(number, history)))
 
 
@@ -148,7 +148,7 @@ def _called(number: int, history: list[HistoryEntry]) -> str:
 
 def _plots(run: RunDirectory, history: list[HistoryEntry]) -> Iterator[tuple[str, Figure]]:
     yield "history", history_figure(run.problem, history)
-    if of_tubes(body_of(run.problem)):
+    if of_straight_tubes(body_of(run.problem)):
         yield "profile", compared_profiles(run, history)
     shapes = tasks_with_shapes(run.problem)
     for name in shapes:

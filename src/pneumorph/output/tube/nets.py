@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from pneumorph.geometry import Body, Surface
-from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry.tube.surface import UPWARDS, TubeSurface
 
 
-def of_tubes(body: Body) -> bool:
-    """Whether all surfaces of a body are tubes."""
-    return all(isinstance(surface, TubeSurface) for surface in body.surfaces)
+def of_straight_tubes(body: Body) -> bool:
+    """Whether all surfaces of a body are tubes about z."""
+    return all(
+        isinstance(surface, TubeSurface) and surface.directions == (UPWARDS, UPWARDS) for surface in body.surfaces
+    )
 
 
 def told_as_tube(surfaces: Sequence[Surface]) -> dict[str, Any] | None:
