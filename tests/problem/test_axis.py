@@ -80,6 +80,14 @@ def test_a_torus_piece_has_its_volume_and_lengths():
     assert (x, y, z) == pytest.approx((radius, 0.0, radius), abs=1e-9)
 
 
+def test_other_sections_and_tapers_follow_the_axis():
+    oblong = {"kind": "rectangle", "width": "14 mm", "depth": "20 mm", "corner": "3 mm"}
+    body = {"section": oblong, "taper": 0.8, "axis": HOOK, "control_density": "0.5 /mm", "chamber": [CHAMBER]}
+    spec = Problem.model_validate(table() | {"body": body}).tubes
+    # Its centroid is on the axis.
+    assert enclosed_volume(starting_body(spec).exterior) == pytest.approx(spec.area * spec.length, rel=3e-3)
+
+
 @pytest.mark.parametrize("ends", ["flat", "pole"])
 def test_tubes_along_several_arcs_end_across_them(ends):
     spec = tubes(axis=HOOK, chamber=CHAMBER | {"ends": ends, "span": ["5 mm", "70 mm"]})
