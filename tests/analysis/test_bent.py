@@ -27,7 +27,7 @@ def test_a_bent_tube_straightens_and_its_gradient_is_exact():
     whole, half = analysed([]), analysed(["xz"])
     turns = [at.analysis.equilibria["straighten"].plate[3:] for at in (whole, half)]
     # It bends to x, about y; under pressure it turns back.
-    assert float(turns[0][1]) < -0.02
+    assert float(turns[0][1]) < -0.01
     assert abs(float(turns[0][0])) < 0.02 * abs(float(turns[0][1]))
     assert float(turns[1][1]) == pytest.approx(float(turns[0][1]), rel=0.03)
     assert half.disc.model.elements < 0.7 * whole.disc.model.elements
