@@ -40,8 +40,10 @@ def test_certified_values_are_those_of_a_torus(problem):
     }
     for name, value in expected.items():
         reading = found[name]
-        assert reading.attained == pytest.approx(value, rel=5e-3)
-        # Far from its bound a certificate is within a hundredth of the distance.
+        sense = 1.0 if name == "curvature" else -1.0
+        # It is between what some place attains and what is certified, far from its bound to a hundredth of the way.
+        assert sense * (reading.attained - value) < 2e-3 * value
+        assert sense * (reading.value - value) > -2e-3 * value
         assert abs(reading.value - value) < 5e-3 * value + 0.011 * abs(value - reading.bound)
     assert abs(found["ends"].value) < 1e-9
     # The highest place, outside the bend where it ends.
@@ -50,18 +52,16 @@ def test_certified_values_are_those_of_a_torus(problem):
 
 
 @pytest.mark.parametrize("kind", ["planes", "rim", "ends"])
-def test_rows_of_planes_are_exact(problem, kind):
-    """Heights over tilted planes are linear in the control points, and rows say by how much."""
+def test_rows_of_tilted_planes_are_derivatives(problem, kind):
+    """Heights over tilted planes change with the control points as rows say."""
     body = starting_body(problem.tubes)
     space, limits = build_design_space(problem, body), limits_of(problem, body)
-    phi = space.start + np.random.default_rng(3).uniform(-0.1, 0.1, space.n)
-    way = 1e-3 * np.sin(np.arange(space.n))
-    here, there = (limits.rows(space.body(at), 6.0, -1.0) for at in (phi, phi + way))
-    found = {}
-    for rows, values in ((here, here.value + here.jacobian @ (space.L @ way)), (there, there.value)):
-        own = rows.kind == ROWS.index(kind)
-        found.setdefault(kind, []).append(dict(zip(rows.cell[own].tolist(), values[own].tolist(), strict=True)))
-    before, after = found[kind]
-    both = sorted(set(before) & set(after))
-    assert len(both) > 20
-    assert np.median([abs(before[cell] - after[cell]) for cell in both]) < 1e-9
+    # So small a step that the same samples stay the worst of their cells.
+    way = 1e-7 * np.sin(np.arange(space.n))
+    here, there = (limits.rows(space.body(at), 6.0, -1.0) for at in (space.start, space.start + way))
+    slope = here.jacobian @ (space.L @ way)
+    own, after = here.kind == ROWS.index(kind), there.kind == ROWS.index(kind)
+    np.testing.assert_array_equal(here.cell[own], there.cell[after])
+    change = there.value[after] - here.value[own]
+    assert np.count_nonzero(own) > 20
+    assert np.median(np.abs(change - slope[own])) < 1e-3 * np.median(np.abs(change))
