@@ -29,12 +29,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "cli"))
 
 import damage
 from brief import BEGUN, arguments, brief, commands_for
 from records import entry, one_element
 from runs import analysed, ended, waving_run
 from signals import HUNG, ends
+from test_compiling import ANOTHER, SPOILED
 from test_processes import ENDLESS, HOSTILE, STARTS, script
 from tiny import tiny
 from typer.testing import CliRunner
@@ -507,26 +509,45 @@ def full(folder: Path) -> str:
     return REFUSED
 
 
-@attack("a compile cache that was emptied", b"")
-@attack("a compile cache that was spoiled", b"garbage" * 99)
+@attack("a compile cache of jax that was emptied", b"")
+@attack("a compile cache of jax that was spoiled", b"garbage" * 99)
 def uncached(folder: Path, content: bytes) -> str:
     """Files of kernels that were kept before are of no use any more."""
     path, kept = folder / "tiny.toml", folder / "cache"
     path.write_text(tiny())
-    places = {"PNEUMORPH_CACHE": str(kept), "NUMBA_CACHE_DIR": str(folder / "numba")}
-    own = {key: value for key, value in os.environ.items() if key != "JAX_COMPILATION_CACHE_DIR"} | places
+    own = {key: value for key, value in os.environ.items() if key != "JAX_COMPILATION_CACHE_DIR"}
     answers = []
     for number in range(2):
         out = folder / f"{number}.json"
-        found = started("simulate", path, "--json", out, env=own)
+        found = started("simulate", path, "--json", out, env=own | {"PNEUMORPH_CACHE": str(kept)})
         if found.returncode != 0:
             raise Succeeded(f"it ends with status {found.returncode} and says {found.stderr[-200:]!r}")
         answers.append(json.loads(out.read_text())["steps"])
-        for each in (each for each in folder.rglob("*") if each.is_file() and each.suffix not in (".toml", ".json")):
+        for each in (each for each in kept.rglob("*") if each.is_file()):
             each.write_bytes(content)
     if answers[0] != answers[1]:
         raise Succeeded("it finds other states")
     return HARMLESS
+
+
+def spoiled(folder: Path, how: str) -> str:
+    """Files of a kernel of Numba are of no use any more."""
+    (folder / "kernel.py").write_text("import numba\n@numba.njit(cache=True)\ndef twice(x):\n    return 2 * x\n")
+    places = {"PYTHONPATH": os.pathsep.join([str(folder), *filter(None, sys.path)]), "NUMBA_CACHE_DIR": str(folder)}
+    for _ in range(2):
+        program = [sys.executable, "-c", ANOTHER]
+        found = subprocess.run(
+            program, env=os.environ | places, capture_output=True, text=True, timeout=HUNG, check=False
+        )
+        if (found.returncode, found.stdout[:2]) != (0, "42"):
+            raise Succeeded(f"it ends with status {found.returncode} and says {found.stderr[-200:]!r}")
+        for each in [each for each in folder.rglob("*.nb?")]:
+            SPOILED[how](each)
+    return HARMLESS
+
+
+for each in SPOILED:
+    attack(f"a compile cache of Numba that was spoiled: {each}", each)(spoiled)
 
 
 @attack("a list of trusted code without the end of its last line")
