@@ -480,8 +480,8 @@ for each in EDITED:
 def started(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
     """Run the command in a process of its own."""
     words = [sys.executable, "-m", "pneumorph", *map(str, arguments)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
-    found = subprocess.run(words, text=True, timeout=HUNG, check=False, **pipes)
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "timeout": HUNG}
+    found = subprocess.run(words, check=False, **(pipes | options))
     if "Traceback" in found.stderr:
         raise Succeeded(f"it ends in {found.stderr[-200:]!r}")
     return found

@@ -88,18 +88,18 @@ def margin_slope(
     border = None if at.enclosed is None else border_at(there, tangent, margin.state)
     # Inverse iterations: the eigenvalue is tiny, so each adds many digits.
     vector = np.where(at.constrained, 0.0, np.random.default_rng(0).normal(size=model.size))
-    below = 0.0 if border is None else np.zeros(len(border.schur))
+    below = np.zeros(0 if border is None else len(border.schur))
     for _ in range(3):
         vector = np.where(at.constrained, 0.0, tangent.precondition(vector))
         if border is not None:
             both = border.solution(vector, below)
             vector, below = both[: model.size], both[model.size :]
-        size = np.linalg.norm(vector)
+        size = float(np.linalg.norm(vector))
         vector, below = vector / size, below / size
     w = model.state(vector)
     ((shape, acting),) = products.pullback(model.potential, at.X, margin.state, there.loads, [w])
     if border is not None:
-        shape = shape - volumes_by_shape(there, margin.state, np.asarray(below)[None])[0]
+        shape = shape - volumes_by_shape(there, margin.state, below[None])[0]
     by_pressure = by_known(at, np.asarray(acting.pressure))
     rise = float(by_pressure @ working)
     pressures = dict(zip(model.chambers, -margin.load * by_pressure / rise, strict=True))

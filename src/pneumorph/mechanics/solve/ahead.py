@@ -46,7 +46,7 @@ def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
     along = tangent.solve_at(at, state, supported(at, _pressure_force(at, state)), ENOUGH)
     # By λ, what the pressures change by: those of enclosed chambers follow.
     rise = given_pressures(at)
-    if border is not None:
+    if border is not None and at.enclosed is not None:
         along = border.solution(along)
         rise[at.enclosed.rows(at.model)] = along[size:]
         along = along[:size]

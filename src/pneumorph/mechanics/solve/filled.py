@@ -138,11 +138,11 @@ def _filled(
                 part = _part_way(begin, at, before.towards(own, fraction), fraction)
         try:
             found = _corrected(part, tangent, last, vector, pressure, tolerance)
-            if found is MEETING:
-                found = search and _by_pressures(part, tangent, vector, pressure, tolerance, search)
+            if found == MEETING and search is not None:
+                found = _by_pressures(part, tangent, vector, pressure, tolerance, search)
         except SingularMatrix:
             found = None
-        if found is None:
+        if not isinstance(found, Filled):
             step = min(step, fraction - reached) / 2
             # Without a way to go in parts, shorter ones are the same.
             if step < SMALLEST or begin is at:
