@@ -146,17 +146,19 @@ def _text(path: Path) -> str:
 def _material(path: Path) -> list[tuple[str, str]]:
     """The table [material], those of regions and of reinforcements as in the file, with the units of quantities."""
     table = tomllib.loads(_text(path))
-    told = {key: value for key, value in table["material"].items() if value not in ("", False)}
-    rows = [(key.replace("_", " "), _words(value)) for key, value in told.items()]
+    rows = _said(table["material"])
     for region in table.get("region", []):
         shape = next({key: region[key]} for key in ("layer", "sleeve", "beyond", "within", "inside") if key in region)
         rows.append((f"region {region['name']}", _words(shape)))
-        rows += [
-            (f"{region['name']}: {key.replace('_', ' ')}", _words(value)) for key, value in region["material"].items()
-        ]
+        rows += [(f"{region['name']}: {key}", value) for key, value in _said(region["material"])]
     for each in [*table.get("membrane", []), *table.get("fibres", [])]:
         rows.append((each["name"], _words({key: value for key, value in each.items() if key != "name"})))
     return rows
+
+
+def _said(material: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What a rubber's table says, without keys that say nothing."""
+    return [(key.replace("_", " "), _words(value)) for key, value in material.items() if value not in ("", False)]
 
 
 def _designed(last: HistoryEntry) -> list[tuple[str, str]]:
