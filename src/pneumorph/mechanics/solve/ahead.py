@@ -96,7 +96,11 @@ def _strains(at: Configuration, vector: np.ndarray) -> np.ndarray:
 
 
 def _where_most(rate: np.ndarray, growth: np.ndarray) -> float:
-    """The growth of strains per λ over their rate, at the points where they grow most."""
-    weight = (growth * growth).sum(axis=(0, 1))
+    """The growth of strains per λ over their rate, at the points where they grow most.
+
+    Points where they slow down do not count: what begins to touch a wall does so faster than anything balloons.
+    """
+    along = (rate * growth).sum(axis=(0, 1))
+    weight = np.where(along > 0.0, (growth * growth).sum(axis=(0, 1)), 0.0)
     steady = float((weight * (rate * rate).sum(axis=(0, 1))).sum())
-    return float((weight * (rate * growth).sum(axis=(0, 1))).sum()) / steady if steady > 0.0 else 0.0
+    return float((weight * along).sum()) / steady if steady > 0.0 else 0.0
