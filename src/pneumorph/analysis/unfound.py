@@ -48,7 +48,7 @@ def explained(problem: Problem, index: int, failure: NoEquilibrium) -> NoEquilib
     return replace(failure, reason=f"{key}: {failure.reason}; {remedy}")
 
 
-def _range(start: str, pressure: Pressure) -> str:
+def _range(start: float | str, pressure: Pressure) -> str:
     """What to write for a pressure that designs are to raise from a milder start to the one that was given."""
     least, most = (pressure.quantity.write(each) for each in sorted((0.0, pressure.start)))
     return f'{{ start = "{start}", min = "{least}", max = "{most}" }}'
