@@ -2,7 +2,8 @@
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 _BREAK = re.compile(r"(?<! ) *+[\t-\r\x1c-\x1f\x85\u2028\u2029]\s*+")
 
@@ -53,6 +54,15 @@ class ProblemError(PneumorphError):
     def __init__(self, message: str, faults: Sequence[str] = ()):
         super().__init__(message)
         self.faults = tuple(printable(fault) for fault in faults) or (str(self),)
+
+
+@contextmanager
+def writing(what: object, instead: str = "name another file") -> Iterator[None]:
+    """ProblemError, one line, where something cannot be written; `instead` says how to fix it."""
+    try:
+        yield
+    except OSError as error:
+        raise ProblemError(f"{what}: cannot be written ({error.strerror or error}); {instead}") from None
 
 
 class ComputationError(PneumorphError):

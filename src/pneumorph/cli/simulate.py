@@ -19,7 +19,7 @@ from pneumorph.cli.source import design_of
 from pneumorph.cli.steps import Rows
 from pneumorph.cli.trust import asking
 from pneumorph.doing import announce, doing, said
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import ComputationError, ProblemError, writing
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.format import part_note
@@ -171,10 +171,8 @@ def _check(option: str, path: Path | None) -> list[Path]:
     if path is None:
         return []
     new = [] if path.parent.exists() else [path.parent]
-    try:
+    with writing(f"{option} {path}"):
         path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ProblemError(f"{option} {path}: cannot be written ({error.strerror}); name another file") from None
     if path.is_dir() or not os.access(path.parent, os.W_OK):
         wrong = "is a directory" if path.is_dir() else "its folder cannot be written to"
         raise ProblemError(f"{option} {path}: {wrong}; name another file")
@@ -184,7 +182,5 @@ def _check(option: str, path: Path | None) -> list[Path]:
 def _write(option: str, path: Path | None, text: str) -> None:
     if path is None:
         return
-    try:
+    with writing(f"{option} {path}"):
         atomic.write_bytes(path, text.encode())
-    except OSError as error:
-        raise ProblemError(f"{option} {path}: cannot be written ({error.strerror}); name another file") from None

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from pneumorph import compiling, doing
 from pneumorph.cli.trust import asking
-from pneumorph.errors import ComputationError, ProblemError, printable
+from pneumorph.errors import ComputationError, ProblemError, printable, writing
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.render import NoPicture
 from pneumorph.output.study_page import write_study_page
@@ -68,10 +68,8 @@ def study(
     members = {member.name: member for member in asked.members}
     done = [name for name, member in members.items() if finished(folder / name, member.problem)]
     unfinished = {name: member for name, member in members.items() if name not in done}
-    try:
+    with writing(f"--out {folder}", "name another"):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ProblemError(f"--out {folder}: cannot be written ({error.strerror}); name another") from None
     console = Console()
     board = Board(asked, done)
 

@@ -15,7 +15,7 @@ from rich.text import Text
 
 from pneumorph import atomic
 from pneumorph.doing import doing
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import ComputationError, ProblemError, writing
 from pneumorph.verify import Case, Unavailable, Verdict, calculix, cases
 
 PACKAGES = ("pneumorph", "jax", "numpy", "scipy", "netgen-mesher", "ngsolve")
@@ -143,8 +143,6 @@ def versions() -> dict[str, str]:
 
 
 def _write(path: Path, text: str) -> None:
-    try:
+    with writing(f"--write {path}"):
         path.parent.mkdir(parents=True, exist_ok=True)
         atomic.write_bytes(path, text.encode())
-    except OSError as error:
-        raise ProblemError(f"--write {path}: cannot be written ({error.strerror}); name another file") from None

@@ -9,7 +9,7 @@ from typing import Any, cast
 from matplotlib.figure import Figure
 
 from pneumorph import units
-from pneumorph.errors import ProblemError
+from pneumorph.errors import ProblemError, writing
 from pneumorph.output.animation import Frames, save_gif
 from pneumorph.output.cuts import NORMALS, Cut, asked_view
 from pneumorph.output.figures import PLOTS, save
@@ -60,8 +60,6 @@ def saved_gif(frames: Frames, path: Path) -> None:
 
 
 def _written(path: Path, write: Callable[[], None]) -> None:
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write()
-    except OSError as error:
-        raise ProblemError(f"{path}: cannot be written ({error.strerror}); name another file") from None

@@ -15,7 +15,7 @@ import tomli_w
 from pydantic import TypeAdapter, ValidationError
 
 from pneumorph import atomic, units
-from pneumorph.errors import ProblemError
+from pneumorph.errors import ProblemError, writing
 from pneumorph.mechanics.material.fit import TensionTest, material_keys
 from pneumorph.mechanics.material.homogeneous import shear_modulus
 from pneumorph.mechanics.material.judge import Fit, faults, fit_all, reports
@@ -147,13 +147,11 @@ class MaterialFit:
         texts = {"fit.json": json.dumps(self.records(), indent=2, allow_nan=False) + "\n"}
         if self._table is not None:
             texts["material.toml"] = self.toml()
-        try:
+        with writing(folder, "name another folder"):
             folder.mkdir(parents=True, exist_ok=True)
             self.plot(folder / "fit.png")
             for name, text in texts.items():
                 atomic.write_bytes(folder / name, text.encode())
-        except OSError as error:
-            raise ProblemError(f"{folder}: cannot be written ({error.strerror}); name another folder") from None
         return [folder / name for name in ("fit.png", *texts)]
 
     @cached_property

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pneumorph.atomic import write_bytes
-from pneumorph.errors import ProblemError
+from pneumorph.errors import writing
 from pneumorph.mechanics import configure, enclosed_of, guided_of, loads_of, model_of
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mesh import TetMesh
@@ -51,14 +51,12 @@ def export(
         If the format does not support the rubber, reinforcements or springs, or the file cannot be written.
     """
     whole = fields.whole()
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         if format == "vtu":
             write_bytes(path, vtu_file(with_faces(grid(problem, whole), whole.mesh)))
         else:
             write_bytes(path, _text(format, problem, whole.mesh, pressures, task))
-    except OSError as error:
-        raise ProblemError(f"{path}: cannot be written ({error.strerror}); name another file") from None
 
 
 def _text(format: str, problem: Problem, mesh: TetMesh, pressures: Mapping[str, float], task: str | None) -> bytes:

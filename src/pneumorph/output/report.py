@@ -10,7 +10,7 @@ from typing import Any
 
 from pneumorph.atomic import write_bytes
 from pneumorph.doing import doing
-from pneumorph.errors import ProblemError
+from pneumorph.errors import ProblemError, writing
 from pneumorph.geometry.starting import body_of
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.output.packed import as_text, pack
@@ -34,11 +34,9 @@ def write_report(run: RunDirectory, path: Path | None = None) -> Path:
 
 def save_page(page: str, path: Path) -> Path:
     """Write a page; ProblemError if that is impossible."""
-    try:
+    with writing(path, "name another file with --out"):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, page.encode())
-    except OSError as error:
-        raise ProblemError(f"{path}: cannot be written ({error.strerror}); name another file with --out") from None
     return path
 
 
