@@ -16,7 +16,7 @@ stays. So a limit point is one under the control that each chamber has.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -162,35 +162,34 @@ def follow(
         here = _place(at, begins, tangent, begin, reached, None)
     except SingularMatrix:
         return NoEquilibrium("the tangent where the path begins is singular", reached, begin)
+
+    def ended(places: Sequence[_Place], limits: Sequence[PathPoint]) -> str:
+        if limits and first_limit:
+            return "the pressures have reached their limit"
+        if len(places) >= most:
+            return f"{most} points were asked for at most"
+        if time.perf_counter() - began > seconds:
+            return f"{seconds:g} s have passed"
+        return _ended(at, places[-1], volume, load)
+
     with doing("following the path of equilibria to its limit pressure") as far:
-        return _followed(at, tangent, here, began, volume, load, first_limit, most, seconds, far)
+        return _followed(at, tangent, here, ended, far)
 
 
 def _followed(
     at: Configuration,
     tangent: Tangent,
     here: _Place,
-    began: float,
-    volume: float | None,
-    load: float | None,
-    first_limit: bool,
-    most: int,
-    seconds: float,
+    ended: Callable[[Sequence[_Place], Sequence[PathPoint]], str],
     far: Callable[[str], None],
 ) -> Path:
-    """`follow` from its first place on; `far` is told how far it has come."""
-    places, limits = [here], []
+    """`follow` from its first place on, until there is a reason to end; `far` is told how far it has come."""
+    places: list[_Place] = [here]
+    limits: list[PathPoint] = []
     step = first = FIRST_RISE / here.slope
     while True:
         far(f"point {len(places)} at {_in_words(at, here.point.load)}")
-        reason = _ended(at, here, volume, load)
-        if limits and first_limit:
-            reason = "the pressures have reached their limit"
-        elif len(places) >= most:
-            reason = f"{most} points were asked for at most"
-        elif time.perf_counter() - began > seconds:
-            reason = f"{seconds:g} s have passed"
-        if reason:
+        if reason := ended(places, limits):
             break
         following = _advance(at, tangent, here, step)
         if following is None:
