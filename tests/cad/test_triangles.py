@@ -74,10 +74,10 @@ def test_units_and_scale(surface, tmp_path):
     assert asked.body.length == pytest.approx(48.0, rel=1e-5)
 
 
-@pytest.mark.parametrize("factor", [1e-3, 1e3])
-def test_units_that_are_mixed_up_are_noticed(surface, tmp_path, factor):
+@pytest.mark.parametrize(("factor", "scale"), [(1e-3, "1000"), (1e3, "0.001")])
+def test_units_that_are_mixed_up_are_noticed(surface, tmp_path, factor, scale):
     (tmp_path / "tube.stl").write_bytes(stl(Surface(surface.points * factor, surface.triangles)))
-    with pytest.raises(ProblemError, match="scale = 1000"):
+    with pytest.raises(ProblemError, match=f"give scale = {scale}$"):
         loads(problem("tube.stl", size="6 mm"), folder=tmp_path)
 
 

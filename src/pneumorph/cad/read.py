@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
@@ -36,6 +37,9 @@ SECONDS = 60.0
 COARSE = 25.0
 """Edges of a coarse outline of triangles along the diagonal of a body."""
 
+_FACE = {"step": re.compile(rb"\b(?:ADVANCED_FACE|FACE_SURFACE)\s*\("), "brep": re.compile(rb"^Fa\s*$", re.MULTILINE)}
+"""What stands once for every face of a file."""
+
 
 def read_faces(data: bytes, form: Format, scale: float = 1.0, size: float = 0.0) -> Faces:
     """The faces of the solids in the bytes of a file.
@@ -61,7 +65,7 @@ def _read(data: bytes, form: Format, scale: float, size: float) -> Faces:
     if form in READERS:
         return _of_triangles(data, form, scale, size)
     # Reading tens of thousands of faces takes minutes, so they are counted first.
-    if form == "step" and (count := data.count(b"ADVANCED_FACE(")) > MOST_FACES:
+    if (count := len(_FACE[form].findall(data))) > MOST_FACES:
         raise MeshError(f"has {count} faces, more than {MOST_FACES}; simplify it in CAD")
     with in_file(data, form) as (path, key):
         points, triangles, face, names, sides = call("solids", path, key, scale, size, MOST_FACES, seconds=SECONDS)

@@ -48,10 +48,8 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
     size = problem.mesh.size
     if not SMALLEST <= faces.diagonal <= LARGEST:
         box = " × ".join(f"{part:.3g}" for part in np.ptp(faces.points, axis=0))
-        yield (
-            "body.file",
-            f"it is {box} mm in size; if that is its size in another unit, give scale = 1000 for metres, 0.001 for µm",
-        )
+        unit, scale = ("metres", "1000") if faces.diagonal < SMALLEST else ("µm", "0.001")
+        yield "body.file", f"it is {box} mm in size; if these numbers are {unit}, give scale = {scale}"
         return
     widest = float(np.ptp(faces.points, axis=0).min())
     if size > widest:
