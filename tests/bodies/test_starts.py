@@ -15,6 +15,7 @@ from pneumorph.cli import app
 from pneumorph.cli.new import BODIES
 from pneumorph.geometry.starting import body_of
 from pneumorph.interface.design import starting_design
+from pneumorph.limits.limit import ROUNDING
 from pneumorph.problem import load
 
 
@@ -48,6 +49,21 @@ def test_walls_are_as_thick_as_asked(tmp_path, kind):
     assert found.wall.thickness == pytest.approx(wall, rel=0.05)
     assert problem.limits.wall < wall
     assert len(found.shells.voids) == len(problem.body.chamber) == (3 if kind == "hand" else 1)
+
+
+@pytest.mark.parametrize("kind", ["dome", "bellows", "pneunet", "fast_pneunet"])
+def test_a_body_of_odd_sizes_is_within_its_own_envelope(kind, tmp_path):
+    """Base and tip stay, so that no design could make up for rounded numbers."""
+    sizes = {
+        "dome": {"radius": "13.63127 mm", "wall": "2.15437 mm", "floor": "2.71828 mm"},
+        "bellows": {"pitch": "10.31416 mm", "floor": "4.27183 mm", "folds": 2},
+    }
+    row = {"length": "61.41593 mm", "height": "17.34567 mm", "chambers": 3}
+    problem = load(getattr(bodies, kind)(**sizes.get(kind, row)).write(tmp_path / "odd"))
+    lower, upper = np.sort(problem.limits.envelope.box, axis=0)
+    points = problem.body.outline.points
+    assert max((points - upper).max(), (lower - points).max()) <= ROUNDING
+    assert np.ptp(points[:, 2]) == pytest.approx(upper[2] - lower[2], abs=ROUNDING)
 
 
 @pytest.mark.parametrize("name", [name for name in bodies.__all__ if name[0].islower()])

@@ -75,7 +75,8 @@ def bellows(
     )
     text = text_with(
         "bellows",
-        {"far": 1.05 * crest, "height": top, "least": 0.75 * min(thick, end), "size": max(1.5 * thick, 1.5)}
+        {"far": 1.05 * crest, "least": 0.75 * min(thick, end), "size": max(1.5 * thick, 1.5)}
         | {"fold": 0.5 * min(thick, 0.5 * high), "near": min(2.0 * thick, high), "spacing": max(0.5 * high, 2.0)},
+        {"height": top},
     )
     return Start(text, parts)

@@ -62,5 +62,5 @@ def cup(
     corners += [(lip - rim, top), (inner, long + thick), (0.0, long + thick)]
     part = Part(True, "turned", tuple(value for corner in corners for value in corner))
     touch = 0.2 * thick
-    values = {"top": top, "inside": top - 0.5 * deep, "plate": top + touch, "touch": touch}
-    return Start(text_with("cup", values | {"size": max(1.5 * thick, 1.5)}), (part,))
+    values = {"inside": top - 0.5 * deep, "plate": top + touch, "touch": touch, "size": max(1.5 * thick, 1.5)}
+    return Start(text_with("cup", values, {"top": top}), (part,))

@@ -56,4 +56,4 @@ def dome(radius: Any = "20 mm", wall: Any = "3 mm", floor: Any = "4 mm", boss: A
     )
     height = begin + thick
     limits = {"least": 0.6 * min(thick, low), "spacing": max(outer / 4.0, 1.5 * thick), "size": max(thick, 1.5)}
-    return Start(text_with("dome", {"far": 1.05 * outer, "height": height} | limits), parts)
+    return Start(text_with("dome", {"far": 1.05 * outer} | limits, {"height": height}), parts)

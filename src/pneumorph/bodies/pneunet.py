@@ -71,4 +71,4 @@ def bender(what: str, row: Row, wall: float, gap: float, pressure: float) -> Sta
     sizes = {"length": row.length, "low": -row.height / 2.0, "high": row.height / 2.0, "far": row.width / 2.0}
     limits = {"wall": 0.75 * wall, "fold": 0.5 * gap, "near": gap, "spacing": max(row.height / 3.0, 4.0)}
     shown = {"what": what, "pressure": pressure, "size": max(1.75 * row.wall, 2.0)}
-    return Start(text_with("pneunet", sizes | limits | shown), tuple(row.parts(-row.height / 2.0, 0.0)))
+    return Start(text_with("pneunet", limits | shown, sizes), tuple(row.parts(-row.height / 2.0, 0.0)))

@@ -141,8 +141,16 @@ def between(name: str, value: float, least: float, most: float, why: str = "") -
         raise ProblemError(f"{name}: {value:g} mm is not between {least:g} and {most:.4g} mm{because}")
 
 
-def text_with(kind: str, values: Mapping[str, float | str]) -> str:
-    """The text of the problem of a kind, with its sizes (mm) and other values by their names."""
+def text_with(kind: str, values: Mapping[str, float | str], faces: Mapping[str, float] | None = None) -> str:
+    """The text of the problem of a kind.
+
+    Parameters
+    ----------
+    kind : of the body.
+    values : sizes (mm) and other values by their names, rounded to three decimals.
+    faces : coordinates of faces of the body, mm, which are not rounded: else it would reach beyond its own envelope.
+    """
     text = Path(__file__).with_name(f"{kind}.toml").read_text(encoding="utf-8")
     shown = {name: value if isinstance(value, str) else f"{round(value, 3):g}" for name, value in values.items()}
-    return Template(text).substitute(shown)
+    exact = {name: f"{value:.15g}" for name, value in (faces or {}).items()}
+    return Template(text).substitute(shown | exact)
