@@ -1,18 +1,19 @@
 """Success of random problems: designs within their limits, gains, reasons for the end, time, factorisations, meshes.
 
-    python benchmarks/yield.py SEED COUNT [--out DIR] [--jobs 2] [--iterations 10] [--timeout 900] [--only INDEX]
-                               [--source OTHER/src] [--measure-again] [--table-only]
+    python benchmarks/yield.py SEED COUNT [--bodies] [--out DIR] [--jobs 2] [--iterations 10] [--timeout 900]
+                               [--only INDEX] [--source OTHER/src] [--measure-again] [--table-only]
 
-Problems 0 to COUNT-1 of SEED (`random_problems.py`) are designed by the command `pneumorph design`, each in its own
-process and its own directory; runs that have ended are not repeated. With --source the command is that of another
-checkout. The limits of every accepted design are then measured by this checkout, independently of the run's own report;
-with --measure-again this is repeated for designs measured before. --table-only only prints the tables. Seconds include
-compilation; keep PNEUMORPH_CACHE between runs that are to be compared.
+Problems 0 to COUNT-1 of SEED (`random_problems.py`, with --bodies `random_bodies.py`) are designed by the command
+`pneumorph design`, each in its own process and its own directory; runs that have ended are not repeated. With --source
+the command is that of another checkout. The limits of every accepted design are then measured by this checkout,
+independently of the run's own report; with --measure-again this is repeated for designs measured before. --table-only
+only prints the tables. Seconds include compilation; keep PNEUMORPH_CACHE between runs that are to be compared.
 
 The gain of a run is (J at the start − least J of a design that keeps all limits) over the gain predicted by the
 unconstrained first-order model: ITERATIONS steps from the start, each moving every smoothed variable by
 `optimizer.step` against the gradient g at the start, ITERATIONS · step · ‖Sᵀg‖₁. Free pressures count up to their
 bounds only, and the predicted gain of an objective that cannot be negative (targets) is at most its value at the start.
+For bodies from files no gain is predicted.
 """
 
 from __future__ import annotations
@@ -51,16 +52,22 @@ TARGETS = ("match_curve", "match_sections", "reach")
 # --- running ----------------------------------------------------------------------------------------------------------
 
 
-def prepare(seed: int, index: int, folder: Path) -> None:
-    """Draw a problem, and write its file and its description."""
+def prepare(seed: int, index: int, folder: Path, bodies: bool = False) -> None:
+    """Draw a problem, with a body from a CAD file if asked for, and write its files and its description."""
     if (folder / "drawn.json").exists():
         return
-    from random_problems import draw
-
-    drawn = draw(seed, index)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "problem.toml").write_text(drawn.text, encoding="utf-8")
-    about = {key: value for key, value in asdict(drawn).items() if key != "text"}
+    if bodies:
+        import random_bodies
+
+        drawn = random_bodies.draw(seed, index)
+        drawn.write(folder / "problem.toml")
+    else:
+        import random_problems
+
+        drawn = random_problems.draw(seed, index)
+        (folder / "problem.toml").write_text(drawn.text, encoding="utf-8")
+    about = {key: value for key, value in asdict(drawn).items() if key not in ("text", "parts")}
     write(folder / "drawn.json", {"seed": seed, "index": index, **about})
 
 
@@ -177,7 +184,7 @@ def measure(folder: Path, asked: argparse.Namespace) -> None:
     """Compute the first-order prediction and the limits of every design, in separate processes."""
     env = environment(SOURCE, asked.threads)
     itself = [sys.executable, str(HERE), "--measure", str(folder)]
-    if not (folder / "prediction.json").exists():
+    if not (asked.bodies or (folder / "prediction.json").exists()):
         log = folder / "prediction.txt"
         if call([*itself, "prediction"], env, log, folder / "prediction_errors.txt", asked.timeout) != 0:
             write(folder / "prediction.json", {"gain": None})
@@ -220,14 +227,14 @@ def predict(folder: Path) -> None:
 
 def measure_limits(folder: Path) -> None:
     """Write measured.json: for every design whether all limits are held, and the excess over each."""
-    from pneumorph.limits.of_shape import tube_limits
+    from pneumorph.limits.of_shape import limits_of, tube_limits
     from pneumorph.run import open_run
 
     stored = open_run(folder / "run") if (folder / "run" / "problem.toml").exists() else None
     designs = []
     for line in history(folder):
-        body = stored.load_design(line["iteration"]).body(stored.problem)
-        found = tube_limits(body, stored.problem.limits).certify(body)
+        body, problem = stored.load_design(line["iteration"]).body(stored.problem), stored.problem
+        found = (limits_of(problem, body) if problem.solid else tube_limits(body, problem.limits)).certify(body)
         designs.append(
             {
                 "iteration": line["iteration"],
@@ -424,6 +431,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Yield of random problems.")
     parser.add_argument("seed", type=int)
     parser.add_argument("count", type=int)
+    parser.add_argument("--bodies", action="store_true", help="bodies from CAD files in place of tubes")
     parser.add_argument("--out", type=Path, default=None, help="by default runs/yield_SEED")
     parser.add_argument("--source", type=Path, default=SOURCE, help="src of the checkout that designs")
     parser.add_argument("--jobs", type=int, default=2)
@@ -440,20 +448,19 @@ def main() -> None:
 
     def whole(number: int) -> None:
         folder = out / f"{number:04d}"
+        prepare(asked.seed, number, folder, asked.bodies)
+        drawn = read(folder / "drawn.json")
+        if (drawn["seed"], drawn["index"]) != (asked.seed, number):
+            sys.exit(f"{folder} holds another problem; name another --out")
+        trust_code(folder)
         run(folder, asked)
         measure(folder, asked)
         print(one_line(folder), flush=True)
 
     if not asked.table_only:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, stop)
+        for sign in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(sign, stop)
         os.environ["XDG_CONFIG_HOME"] = str((out / "configuration").resolve())
-        for number, folder in zip(numbers, folders, strict=True):
-            prepare(asked.seed, number, folder)
-            drawn = read(folder / "drawn.json")
-            if (drawn["seed"], drawn["index"]) != (asked.seed, number):
-                sys.exit(f"{folder} holds another problem; name another --out")
-            trust_code(folder)
         with ThreadPoolExecutor(asked.jobs) as pool:
             list(pool.map(whole, numbers))
         print()
