@@ -101,6 +101,15 @@ def test_the_gradient_where_it_presses(pressing):
         assert abs(test.rates[-1] - 2.0) < 0.02, test
 
 
+def test_a_state_is_found_again_as_it_was(pressing):
+    """The pressure of gas is that of its volume, so that nothing is left to be corrected."""
+    for name, found in pressing.analysis.equilibria.items():
+        at = pressing.analysis.configurations[name]
+        again = solve(at, Tangent(pressing.disc.model), found.state)
+        assert isinstance(again, Equilibrium) and again.factorisations <= 1
+        assert (pressing.disc.model.vector(again.state) == pressing.disc.model.vector(found.state)).all()
+
+
 def test_an_input_file_has_the_pressures_found_and_says_so(both, tmp_path):
     """And a design knows that they are not its problem's."""
     for name in ("fill", "press"):

@@ -76,6 +76,11 @@ class Enclosed:
         """v (k,) in mm³ at pressures (k,) in MPa, of chambers with the volumes `rest` (k,) in mm³ at rest."""
         return np.where(self.gas, rest * self._ratio(pressure), rest + self.added)
 
+    def pressures(self, rest: np.ndarray, volumes: np.ndarray) -> np.ndarray:
+        """Those (k,) in MPa of gas in volumes (k,): the inverse of `volumes`; of liquids they mean nothing."""
+        ratio = rest / np.maximum(volumes, 1e-9 * rest)
+        return (self.filling + self.atmosphere) * ratio**self.exponent - self.atmosphere
+
     def slopes(self, rest: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """v′ (k,) in mm³/MPa; see `volumes`."""
         stiff = self.exponent * (pressure + self.atmosphere)

@@ -202,11 +202,16 @@ def _by_pressures(
 
 
 def nearest_pressure(at: Configuration, state: State) -> np.ndarray:
-    """The pressures (k,) of the enclosed chambers that balance a state best: R = 0 in the least squares."""
-    given = _enclosed(at)
-    none = with_pressures(at, given, np.zeros(len(given.chambers)))
-    push = _pushes(at, given, state)
-    return np.linalg.lstsq(push, residual_at(none, at.model.vector(state)), rcond=None)[0]
+    """The pressures (k,) of the enclosed chambers that balance a state best; of a gas, that of its volume."""
+    model, given = at.model, _enclosed(at)
+    rows = given.rows(model)
+    rest, now = (volumes_of(model, at.X, each)[rows] for each in (model.state(np.zeros(model.size)), state))
+    pressure = np.where(given.gas, given.pressures(rest, now), 0.0)
+    known, liquid = with_pressures(at, given, pressure), ~given.gas
+    push = _pushes(at, given, state)[:, liquid]
+    # R = 0 in the least squares.
+    pressure[liquid] = np.linalg.lstsq(push, residual_at(known, model.vector(state)), rcond=None)[0]
+    return pressure
 
 
 def pressure_of(found: Filled, rows: np.ndarray) -> np.ndarray:
