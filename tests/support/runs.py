@@ -60,18 +60,8 @@ def line(problem: Problem, number: int, pressures):
     return entry(number, objective=-1.5 - number, tasks=tasks, limits=LIMITS)
 
 
-KNOWN: dict[tuple[str, float], Fields] = {}
-
-
 def analysed(problem: Problem, amplitude: float) -> Fields:
-    """Fields of the waved body as they are at the end of a run: of each problem they are computed once in a process."""
-    key = problem.to_toml(), amplitude
-    if key not in KNOWN:
-        KNOWN[key] = _analysed(problem, amplitude)
-    return KNOWN[key]
-
-
-def _analysed(problem: Problem, amplitude: float) -> Fields:
+    """Fields of the waved body as they are at the end of a run."""
     body = waved(starting_body(problem.tubes), amplitude)
     space, disc = build_design_space(problem, body), discretise(problem, body)
     found = analyse(problem, space, disc, space.start)
