@@ -81,6 +81,8 @@ WRONG = [
     ('[material]\nname = "Hei-Cast 8400"', "", "material", "is missing"),
     ('name = "Hei-Cast 8400"', "", "material.name", 'use one of "Hei-Cast 8400"'),
     ('name = "Hei-Cast 8400"', 'name = "Ecoflex"', "material.name", 'not in the library; did you mean "Ecoflex 00-'),
+    ('name = "Hei-Cast 8400"', 'name = "ecoflex  00-30"', "material.name", 'did you mean "Ecoflex 00-30"?'),
+    ('name = "Hei-Cast 8400"', 'name = "RTV 615"', "material.name", 'did you mean "RTV615"?'),
     ('name = "Hei-Cast 8400"', 'name = "gum"', "material.name", 'not in the library; use one of "Hei-Cast 8400"'),
     (
         'name = "Hei-Cast 8400"',
