@@ -84,7 +84,7 @@ def draw(plotter: pv.Plotter, job: Job, panel: Panel, parts: Opened) -> np.ndarr
     left, right, bottom, top = panel.extent
     view, skin, face, rim = panel.view, *parts
     plotter.clear()
-    plotter.render_window.SetSize(int(job.dots * (right - left)), int(job.dots * (top - bottom)))
+    plotter.window_size = [int(job.dots * (right - left)), int(job.dots * (top - bottom))]
     field = isinstance(panel.shape, Shape) and panel.shape.field is not None
     plotter.add_mesh(
         skin, **_look(job, field, COLOURS[0]), show_scalar_bar=False, smooth_shading=True, interpolate_before_map=True,

@@ -58,7 +58,9 @@ def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
             return
     onwards = body.turns[1][:, 2]
     ends = np.array([[0.0, 0.0, -1.0], onwards])
-    largest, _ = _largest_ball(np.vstack([normals, ends]), np.append(offsets, [0.0, onwards @ body.ends[1]]))
+    largest, _ = _largest_ball(
+        np.vstack([normals, ends]), np.append(offsets, np.array([0.0, float(onwards @ body.ends[1])]))
+    )
     if largest < wall - ROUNDING:
         yield (
             "limits.envelope",
