@@ -235,7 +235,7 @@ def line_height(points: float) -> float:
 def panel_title(scene: Scene, wide: float) -> str:
     """The title of a panel of this width in inches, with its cut; numbers stay with their words and units."""
     letters = max(10, int(wide / (LETTER * SMALL)))
-    words = re.sub(r" (?=[-−]?(?:\d|[xyz]\b))|(?<=\d) (?=mm|kPa)", "\u00a0", f"{scene.title}\n{scene.view}")
+    words = re.sub(r" (?=[-−]?(?:\d|[xyz]\b))|(?<=\d) (?=mm|kPa|N\b)", "\u00a0", f"{scene.title}\n{scene.view}")
     return "\n".join(textwrap.fill(line, letters) for line in words.splitlines())
 
 
