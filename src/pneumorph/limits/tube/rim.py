@@ -102,7 +102,9 @@ def _worst(limits: LimitSamples, body: Body, number: int, reach: float) -> Place
     r = np.clip(samples.r, *_within_edges(limits, number))
     support, functions = nonzero_functions(surface.basis_r, r)
     net = np.ascontiguousarray(np.moveaxis(surface.net, 2, 0))
-    x = combined(net, support, functions[None, None], samples.support_q, samples.local_q, np.zeros((1, 2), int))[0]
+    # One for each coordinate: the kernel does not check the bounds of what it reads.
+    of_r = np.tile(functions, (1, len(net), 1, 1))
+    x = combined(net, support, of_r, samples.support_q, samples.local_q, np.zeros((1, 2), int))[0]
     slope, end = _over_planes(limits, body, number, r)
     c = 1.0 + np.einsum("rc,crq->rq", slope, x - surface.net[end, 0].T[..., None])
     own, least = limits.own_fine[number], -reach / RIM.bound(limits.spec)
