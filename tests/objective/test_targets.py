@@ -142,7 +142,7 @@ def test_the_plate_reaches_a_place_and_an_orientation():
             "rotation_weight": 3.0,
         }
     )
-    found = reach(asked, 80.0)
+    found = reach(asked, np.array([0.0, 0.0, 80.0]))
     there = features(*NONE, [10, 0, -10], np.radians([0, 40, 0]))
     assert float(found.value(there)) == pytest.approx(0.0, abs=1e-20)
     off = features(*NONE, [13, 4, -10], np.radians([0, 10, 0]))
@@ -153,11 +153,11 @@ def test_the_plate_reaches_a_place_and_an_orientation():
 
 def test_the_plate_reaches_one_of_them_alone():
     only = Reach.model_validate({"kind": "reach", "position": ["0 mm", "3 mm", "80 mm"]})
-    found = reach(only, 80.0)
+    found = reach(only, np.array([0.0, 0.0, 80.0]))
     turned = features(*NONE, [0, 0, 0], [0.5, 0, 0])
     assert float(found.value(turned)) == pytest.approx(0.01 * 9) and set(found.errors) == {"position_mm"}
     only = Reach.model_validate({"kind": "reach", "rotation": ["0 deg", "0 deg", "90 deg"]})
-    found = reach(only, 80.0)
+    found = reach(only, np.array([0.0, 0.0, 80.0]))
     far = features(*NONE, [9, 9, 9], [0, 0, 0])
     assert float(found.value(far)) == pytest.approx(np.pi**2 / 2) and set(found.errors) == {"orientation_rad"}
 
