@@ -1,4 +1,4 @@
-"""Fields of one of several tables, which is told by its key `kind`."""
+"""Fields that hold one of several tables, told apart by its key `kind`."""
 
 from __future__ import annotations
 

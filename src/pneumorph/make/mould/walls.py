@@ -48,7 +48,7 @@ def draw_walls(plan: Plan, path: Path) -> None:
         line = exterior.x[:, quarter * columns // 4] * [1.02, 1.02, 1.0]
         solid.plot(*line.T, color="white", linewidth=2.5, zorder=9)
         solid.plot(*line.T, color="black", linewidth=0.9, zorder=10)
-        # Above the rim at the back too, which is seen from above.
+        # Above the far side of the rim too, since the body is seen from above.
         above = 0.02 * plan.length + 0.6 * float(np.linalg.norm(line[:, :2], axis=1).max())
         x, y, z = line[np.argmax(line[:, 2])] + [0.0, 0.0, above]
         solid.text(x, y, z, f"{90 * quarter}°", fontsize=9, ha="center", va="bottom", zorder=11)

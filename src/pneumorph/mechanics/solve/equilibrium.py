@@ -1,4 +1,4 @@
-"""Equilibria of a body, and the configurations of which they are: nodes, loads, and what of the plate is blocked."""
+"""Equilibria of a body, and its configurations: nodes, loads, and blocked motions of the plate."""
 
 from __future__ import annotations
 
