@@ -153,7 +153,7 @@ def accuracy(
     design: DesignNumber = None,
     trust: Trusted = False,
 ) -> None:
-    """How far the motions of a design are from those on infinitely fine meshes: takes memory and a minute or more."""
+    """How far the motions of a design are from those on infinitely fine meshes."""
     from pneumorph.cli.accuracy import accuracy
 
     accuracy(source, design, trust)
