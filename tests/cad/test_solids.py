@@ -10,11 +10,9 @@ from pneumorph.analysis.bodies import mesh_of
 from pneumorph.cad.findings import crossing, findings_of, thinnest
 from pneumorph.cad.parts import InBox, InPlane, Named, faces_where
 from pneumorph.cad.read import read_faces
-from pneumorph.cli.check import _why_not_designed
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.interface.design import starting_design
-from pneumorph.interface.runs import prepare_run
 from pneumorph.mechanics import model_of
 from pneumorph.mechanics.elements.sums import cap_volumes, summed
 from pneumorph.mesh import scaled_jacobian
@@ -339,16 +337,3 @@ def test_solids_are_regions_of_their_own_rubbers(two_rubbers):
 def test_regions_that_are_refused(two_rubbers, text, key):
     with pytest.raises(ProblemError, match=key):
         loads(problem("two.step", size="5 mm") + text, folder=two_rubbers)
-
-
-def test_bodies_with_regions_are_not_designed(two_rubbers, tmp_path):
-    asked = loads(problem("two.step", size="5 mm") + SPINE, folder=two_rubbers)
-    with pytest.raises(ProblemError, match=r"region\[0\]\.inside"):
-        prepare_run(asked, tmp_path / "run")
-    assert not (tmp_path / "run").exists()
-
-
-def test_bodies_with_regions_are_for_simulation_only(two_rubbers):
-    with_regions, alone = (loads(problem("two.step") + more, folder=two_rubbers) for more in (SPINE, ""))
-    assert str(_why_not_designed(with_regions)).startswith("region[0].inside")
-    assert _why_not_designed(alone) is None

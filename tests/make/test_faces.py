@@ -13,7 +13,7 @@ from pneumorph.problem import loads
 
 make = pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 from pneumorph.make.checks import distances  # noqa: E402
-from pneumorph.make.faces.checks import check_solid, points_of, volume_within  # noqa: E402
+from pneumorph.make.faces.checks import check_solids, points_of, volume_within  # noqa: E402
 from pneumorph.make.faces.files import make_faces  # noqa: E402
 from pneumorph.make.faces.splines import evaluated, fitted  # noqa: E402
 from pneumorph.make.faces.triangles import triangulated  # noqa: E402
@@ -104,7 +104,7 @@ def test_a_design_that_is_the_start_is_the_file(asked, folder, tmp_path):
 def test_another_design_is_told(asked, made):
     body, where, _ = made
     other = body.with_control_points(body.control_points() + 0.03)
-    checks = check_solid(where / "body.step", other.surfaces, 2, volume_within(body.surfaces))
+    checks = check_solids(where / "body.step", other.surfaces, 2, {"body": volume_within(body.surfaces)}, ["body"])
     failed = {check.what: check.value for check in checks if not check.passed}
     assert list(failed) == ["distance of the design's points from the faces"]
     assert 0.03 < failed.popitem()[1] < 0.06
@@ -120,7 +120,7 @@ def test_files_of_triangles_have_no_step(folder, made, tmp_path):
 def test_triangles_are_closed_and_as_near_as_asked(made):
     body, counts = made[0], []
     for chord in (0.2, 0.02):
-        parts = triangulated(body, chord)
+        parts = triangulated(body.surfaces, chord)
         counts.append(sum(len(part.corners) for part in parts))
         for part, surface in zip(parts, body.surfaces, strict=True):
             ways = part.corners[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)

@@ -9,8 +9,10 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.tube import build_covers, build_levels, build_linings, build_wedges
 from pneumorph.mesh import Mesher, Morph
 from pneumorph.mesh.faces import FacesMesher
+from pneumorph.mesh.faces.cover import FaceCover
 from pneumorph.mesh.tube import TubeMesher
-from pneumorph.problem import Problem, reinforcements
+from pneumorph.problem import FibresSpec, Problem, Reinforcement, SolidSpec, reinforcements
+from pneumorph.problem.mirrored_solid import chamber_images
 from pneumorph.problem.regions import REST
 from pneumorph.symmetry.part import Part
 
@@ -28,7 +30,15 @@ def mesher_of(problem: Problem, part: Part, size: float | None = None) -> Mesher
     if solid is not None:
         regions = {each.name: np.array(each.inside) for each in problem.region}
         return FacesMesher(
-            solid.faces, solid.ends_at, solid.chambers_at, size or problem.mesh.size, regions=regions, rest=REST
+            solid.faces,
+            solid.ends_at,
+            solid.chambers_at,
+            size or problem.mesh.size,
+            regions=regions,
+            rest=REST,
+            covers=[_cover(each, solid) for each in reinforcements(problem)],
+            part=part,
+            images={plane: chamber_images(solid, plane) or {} for plane in part},
         )
     return TubeMesher(
         size or problem.mesh.size,
@@ -38,6 +48,15 @@ def mesher_of(problem: Problem, part: Part, size: float | None = None) -> Mesher
         levels=build_levels(problem.tubes, problem.region),
         wedges=build_wedges(problem.tubes, problem.region),
     )
+
+
+def _cover(each: Reinforcement, body: SolidSpec) -> FaceCover:
+    """Where a reinforcement lies on a body from a file."""
+    base, tip = body.ends
+    own = each.along if isinstance(each, FibresSpec) else None
+    x, y, z = own or ((tip - base) / np.linalg.norm(tip - base)).tolist()
+    on = None if each.on is None else tuple(chosen.where for chosen in each.on)
+    return FaceCover(each.name, each.surfaces, on, (x, y, z), isinstance(each, FibresSpec))
 
 
 def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None) -> Morph:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from pneumorph.cad.faces import Faces
 from pneumorph.cad.netgen_process import call
@@ -33,8 +34,8 @@ _WORST = 300
 """Triangles that are measured at the finer points."""
 
 
-def deviation(data: bytes, form: Format, scale: float, size: float) -> float:
-    """Bound of the distance between the triangles of a body and the faces in its file, mm.
+def deviations(data: bytes, form: Format, scale: float, size: float) -> np.ndarray:
+    """Bounds (m,) of the distance between each triangle of a body and the faces in its file, mm.
 
     Parameters
     ----------
@@ -47,27 +48,29 @@ def deviation(data: bytes, form: Format, scale: float, size: float) -> float:
         If it cannot be measured; a sentence whose subject is the file.
     """
     with doing("measuring the triangles of the body's faces"):
-        return _deviation(data, form, scale, size)
+        found = _deviations(data, form, scale, size)
+    found.flags.writeable = False
+    return found
 
 
 @lru_cache(maxsize=8)
-def _deviation(data: bytes, form: Format, scale: float, size: float) -> float:
+def _deviations(data: bytes, form: Format, scale: float, size: float) -> np.ndarray:
     faces = read_faces(data, form, scale, size)
     if form in READERS:
         return SAFETY[8] * _from_triangles(faces, data, form, scale)
-    curved = np.flatnonzero(_curved(faces))
+    found, curved = np.zeros(len(faces.triangles)), np.flatnonzero(_curved(faces))
     if not len(curved):
-        return 0.0
+        return found
     with in_file(data, form) as (path, key):
 
         def measured(places: np.ndarray, face: np.ndarray) -> np.ndarray:
             return call("distances", path, key, scale, places, face, seconds=SECONDS)[0]
 
         coarse = _largest(faces, curved, 4, measured)
-        order = np.argsort(-coarse)
-        worst, others = order[:_WORST], order[_WORST:]
-        fine = _largest(faces, curved[worst], 8, measured)
-    return float(max(SAFETY[8] * fine.max(), SAFETY[4] * coarse[others].max(initial=0.0)))
+        worst = np.argsort(-coarse)[:_WORST]
+        found[curved] = SAFETY[4] * coarse
+        found[curved[worst]] = SAFETY[8] * _largest(faces, curved[worst], 8, measured)
+    return found
 
 
 def between(points: np.ndarray, triangles: np.ndarray, parts: int) -> np.ndarray:
@@ -104,11 +107,17 @@ def _curved(faces: Faces) -> np.ndarray:
     return curved
 
 
-def _from_triangles(faces: Faces, data: bytes, form: Format, scale: float) -> float:
-    """The largest distance found between flat triangles and those of a file, in either direction, mm."""
+def _from_triangles(faces: Faces, data: bytes, form: Format, scale: float) -> np.ndarray:
+    """The largest distances (m,) found between flat triangles and those of a file, in either direction, mm."""
     points, triangles = surface_in(data, form)
     theirs, ours = Surface(scale * points, triangles), Surface(faces.points, faces.triangles[:, :3])
-    inner = between(faces.points, faces.triangles, 8).reshape(-1, 3)
-    there = np.linalg.norm(nearest_on(theirs, inner) - inner, axis=1).max()
-    back = np.linalg.norm(nearest_on(ours, theirs.points) - theirs.points, axis=1).max()
-    return float(max(there, back))
+    inner = between(faces.points, faces.triangles, 8)
+    away = np.linalg.norm(nearest_on(theirs, inner.reshape(-1, 3)) - inner.reshape(-1, 3), axis=1)
+    found = away.reshape(inner.shape[:2]).max(axis=1)
+    nearest = nearest_on(ours, theirs.points)
+    back = np.linalg.norm(nearest - theirs.points, axis=1)
+    # A corner of the file is near all triangles around the vertex that is the nearest to its nearest place.
+    corners = KDTree(faces.points).query(nearest)[1]
+    at = np.zeros(len(faces.points))
+    np.maximum.at(at, corners, back)
+    return np.maximum(found, at[faces.triangles].max(axis=1))

@@ -66,7 +66,7 @@ class Unsuitable(Exception):
 
 
 def solids(
-    path: str, key: str, scale: float, size: float, most: int
+    path: str, key: str, scale: float, size: float, most: int, cuts: tuple[int, ...] = ()
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str], np.ndarray]:
     """The meshed faces of all solids in a STEP or BREP file, whose coordinates are multiplied by `scale`.
 
@@ -80,6 +80,7 @@ def solids(
     scale : mm per unit of the file as it is read, in which STEP has mm.
     size : desired edge length, mm; 0 for a coarse outline.
     most : faces that a file may have.
+    cuts : axes, 0 to 2; of the solids only what is at positive coordinates along these is meshed, and left open there.
     """
     shape = _shape(path, key)
     if not len(shape.solids):
@@ -90,6 +91,7 @@ def solids(
     shape = _whole(shape, scale)
     lower, upper = np.array([list(corner) for corner in shape.bounding_box])
     size = size or float(np.linalg.norm(upper - lower)) / _COARSE
+    shape = _cut(shape, cuts, lower, upper)
     with _limited():
         step = _netgen().MeshingStep.MESHSURFACE
         mesh = (
@@ -107,7 +109,10 @@ def solids(
     face = elements["index"].astype(np.int64) - 1
     # Netgen's fourth to sixth node are opposite to the corners.
     triangles = elements["nodes"][:, [0, 1, 2, 5, 3, 4]].astype(np.int64) - 1
-    return np.array(mesh.Coordinates()), triangles, face, names, domains[face]
+    points = np.array(mesh.Coordinates())
+    in_cut = np.abs(points[:, list(cuts)]) <= _IN_PLANE * np.linalg.norm(upper - lower)
+    kept = ~in_cut[triangles].all(axis=1).any(axis=1)
+    return points, triangles[kept], face[kept], names, domains[face[kept]]
 
 
 def distances(path: str, key: str, scale: float, places: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -181,6 +186,9 @@ _CURVATURE = 1.0
 _GRADING = 0.5
 """How fast elements grow away from small ones: Netgen's own 0.3 makes twice as many where a part has fine details."""
 
+_IN_PLANE = 1e-7
+"""How far nodes in a plane are from it, relative to the diagonal of the body."""
+
 _MOST_BYTES = 3 << 30
 """Memory that reading and meshing a file may take."""
 
@@ -207,6 +215,18 @@ def _whole(shape: Any, scale: float) -> Any:
     if len(shape.solids) > 1:
         shape = _occ().Glue(list(shape.solids))
     return shape if scale == 1.0 else shape.Scale(_occ().Pnt(0, 0, 0), scale)
+
+
+def _cut(shape: Any, cuts: tuple[int, ...], lower: np.ndarray, upper: np.ndarray) -> Any:
+    """What of all solids in a box is at positive coordinates along some axes."""
+    if not cuts:
+        return shape
+    occ, margin = _occ(), float(np.linalg.norm(upper - lower))
+    low, high = lower - margin, upper + margin
+    low[list(cuts)] = 0.0
+    half = occ.Box(occ.Pnt(*low.tolist()), occ.Pnt(*high.tolist()))
+    parts = [part for solid in shape.solids for part in (solid * half).solids]
+    return occ.Glue(parts) if len(parts) > 1 else parts[0]
 
 
 @contextlib.contextmanager

@@ -93,6 +93,18 @@ def faces_where(faces: Faces, where: Where) -> np.ndarray:
     return ~wrong[faces.face]
 
 
+def triangles_where(faces: Faces, where: Where) -> np.ndarray:
+    """Six-node triangles (k, 6) somewhere: of the faces there, and of where solids meet in a plane or a box."""
+    return np.concatenate([faces.triangles[faces_where(faces, where)], faces.between[meeting_where(faces, where)]])
+
+
+def meeting_where(faces: Faces, where: Where) -> np.ndarray:
+    """The triangles (k,) bool where solids meet that are in a plane or a box; they have no names."""
+    if isinstance(where, Named):
+        return np.zeros(len(faces.between), bool)
+    return where.holds(faces, FLAT * faces.diagonal)[faces.between].all(axis=1)
+
+
 @dataclass(frozen=True)
 class Place:
     """Where a chamber is: around a point, mm, and open in the plane of a port, if it has one."""

@@ -41,7 +41,7 @@ _FACE = {"step": re.compile(rb"\b(?:ADVANCED_FACE|FACE_SURFACE)\s*\("), "brep": 
 """What stands once for every face of a file."""
 
 
-def read_faces(data: bytes, form: Format, scale: float = 1.0, size: float = 0.0) -> Faces:
+def read_faces(data: bytes, form: Format, scale: float = 1.0, size: float = 0.0, cuts: tuple[int, ...] = ()) -> Faces:
     """The faces of the solids in the bytes of a file.
 
     Parameters
@@ -50,6 +50,7 @@ def read_faces(data: bytes, form: Format, scale: float = 1.0, size: float = 0.0)
     form : its format.
     scale : factor on its coordinates.
     size : desired edge length, mm; 0 for a coarse outline.
+    cuts : axes, 0 to 2; only faces at positive coordinates along these, which are open there. Not of triangles.
 
     Raises
     ------
@@ -57,18 +58,20 @@ def read_faces(data: bytes, form: Format, scale: float = 1.0, size: float = 0.0)
         If they cannot be read or meshed; a sentence whose subject is the file.
     """
     with doing("reading the body's file"):
-        return _read(data, form, scale, size)
+        return _read(data, form, scale, size, cuts)
 
 
-@lru_cache(maxsize=4)
-def _read(data: bytes, form: Format, scale: float, size: float) -> Faces:
+@lru_cache(maxsize=6)
+def _read(data: bytes, form: Format, scale: float, size: float, cuts: tuple[int, ...]) -> Faces:
     if form in READERS:
         return _of_triangles(data, form, scale, size)
     # Reading tens of thousands of faces takes minutes, so they are counted first.
     if (count := len(_FACE[form].findall(data))) > MOST_FACES:
         raise MeshError(f"has {count} faces, more than {MOST_FACES}; simplify it in CAD")
     with in_file(data, form) as (path, key):
-        points, triangles, face, names, sides = call("solids", path, key, scale, size, MOST_FACES, seconds=SECONDS)
+        points, triangles, face, names, sides = call(
+            "solids", path, key, scale, size, MOST_FACES, cuts, seconds=SECONDS
+        )
     return compact(points, triangles, face, tuple(names), sides)
 
 

@@ -12,6 +12,9 @@ from scipy.sparse.csgraph import connected_components
 from pneumorph.cad.faces import Faces
 from pneumorph.errors import MeshError
 
+SYMMETRIC = 3e-3
+"""How far an image of a symmetric body may be from it, relative to its diagonal: triangles of faces are not exact."""
+
 
 @dataclass(frozen=True, eq=False)
 class Shell:
@@ -116,13 +119,22 @@ def windings(corners: np.ndarray, point: np.ndarray) -> float:
     return float(np.arctan2(volume, below).sum() / (2.0 * np.pi))
 
 
-def asymmetry(faces: Faces, operation: np.ndarray) -> tuple[float, np.ndarray]:
-    """The largest distance of an image of a body's nodes under an operation from its surface, mm, and where (3,)."""
+def asymmetry(points: np.ndarray, triangles: np.ndarray, operation: np.ndarray) -> tuple[float, np.ndarray]:
+    """The largest distance of images of nodes under an operation from their surface, mm, and where (3,).
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        mm.
+    triangles : (m, 6) int
+        Of the surface, with nodes among these points.
+    operation : (3, 3) array
+    """
     # Loads Numba, which most problems are read without.
     from pneumorph.cad.boxes import boxes_of, nearest
 
-    images = faces.points @ operation.T
-    surface = boxes_of(faces.points, quarters(faces.triangles))
+    images = points[np.unique(triangles)] @ operation.T
+    surface = boxes_of(points, quarters(triangles))
     away = np.linalg.norm(nearest(surface, images).place - images, axis=1)
     worst = int(away.argmax())
     return float(away[worst]), images[worst]

@@ -31,8 +31,8 @@ def solids_at(faces: Faces, inside: Mapping[str, np.ndarray]) -> dict[str, int]:
     return found
 
 
-def grouped(faces: Faces, inside: Mapping[str, np.ndarray]) -> Faces:
-    """The same faces where the solids of each region count as one: 0 in no region, then those at the points (3,).
+def groups_of(faces: Faces, inside: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The region (s,) of each solid: 0 for none, then those of the points (3,).
 
     Raises
     ------
@@ -42,6 +42,11 @@ def grouped(faces: Faces, inside: Mapping[str, np.ndarray]) -> Faces:
     group = np.zeros(int(faces.solid.max()) + 1, int)
     for number, solid in enumerate(solids_at(faces, inside).values(), 1):
         group[solid] = number
+    return group
+
+
+def grouped(faces: Faces, group: np.ndarray) -> Faces:
+    """The same faces where the solids of a group (s,) count as one; outer triangles stay in their order."""
     sides = group[faces.sides]
     kept = sides[:, 0] != sides[:, 1]
     outside = np.stack([group[faces.solid], np.full(len(faces.solid), -1)], axis=1)

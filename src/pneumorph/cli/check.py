@@ -14,7 +14,7 @@ from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results,
 from pneumorph.cli.solid import found_in
 from pneumorph.cli.trust import asking
 from pneumorph.doing import doing
-from pneumorph.errors import ComputationError, ProblemError, printable
+from pneumorph.errors import ComputationError, printable
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import open_run
 from pneumorph.limits.report import LimitReading, without_rounding
@@ -32,7 +32,6 @@ from pneumorph.problem.doubts import doubts
 from pneumorph.problem.material import doubt
 from pneumorph.problem.materials import materials
 from pneumorph.problem.reinforcement import data_of
-from pneumorph.problem.solid import require_one_solid
 
 BEGINS = "it is at its bound, and a design run begins just within it"
 
@@ -56,11 +55,9 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
 
     design = starting_design(asked) if run is None or run.latest is None else run.best
     asked = design.problem
-    simulated_only = _why_not_designed(asked)
     with doing("measuring the limits"):
-        readings = () if simulated_only else design.limits
-    begins = run is None and not simulated_only
-    if begins and any(map(_violated, readings)):
+        readings = design.limits
+    if run is None and any(map(_violated, readings)):
         # Whether a run can begin at all; before anything that takes longer.
         begin_within(build_setup(asked))
     at = analyse_body(asked, design.body)
@@ -79,8 +76,6 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         for sentence in warnings_of(rubbers_of(asked), results[task.name]):
             say(f"warning   {task.name}: {sentence}", "red")
     violated = 0
-    if simulated_only:
-        say(f"limits    simulation only: {simulated_only}")
     for reading in readings:
         # The certified bound holds for all points; the attained value is that of the worst sample.
         attained = without_rounding(reading.attained)
@@ -99,7 +94,7 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         violated += not kept
         shown = f"{without_rounding(value):.3g}{limit.suffix}, must be {kind} {bound:g}{limit.suffix}"
         say(f"limit     {limit.word} is {shown}{'' if kept else '; violated'}", "" if kept else "red")
-    if begins and states.violated:
+    if run is None and states.violated:
         setup = build_setup(asked)
         analysis = replace(at.analysis, phi=setup.space.start)
         shortfalls(setup, at.disc, analysis, linear_states(asked, setup.space, at.disc, analysis))
@@ -126,15 +121,6 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
 def _violated(reading: LimitReading) -> bool:
     """Whether a limit is violated by more than a start that is at its bound."""
     return not (reading.satisfied() or reading.touched())
-
-
-def _why_not_designed(problem: Problem) -> str | None:
-    """Why bodies like this one are not designed; None if they are."""
-    try:
-        require_one_solid(problem.body, problem.region)
-    except ProblemError as reason:
-        return str(reason)
-    return None
 
 
 def _section(tube: dict[str, Any]) -> str:

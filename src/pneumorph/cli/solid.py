@@ -29,7 +29,7 @@ def found_in(body: SolidSpec, size: float) -> Iterator[tuple[str, str]]:
         yield f"chamber   {chamber.name}: {-void.volume:.4g} mm³, centroid {place(void.centre)}{port}", ""
     for name, where, at in zip(("base", "tip"), body.ends_at, body.ends, strict=True):
         yield f"{name:9} faces {where}, centroid {place(np.asarray(at))}", ""
-    apart = body.deviation(size)
+    apart = float(body.deviations(size).max())
     yield f"mesh      its faces deviate by at most {apart:.2g} mm from those of the file", ""
     yield from _faults(findings, size)
 

@@ -16,7 +16,6 @@ from pneumorph.optimize import DesignAccepted, Event
 from pneumorph.optimize import design as events_of
 from pneumorph.problem import Problem, Trust, admit, codes_of, load
 from pneumorph.problem.designed import starting_from
-from pneumorph.problem.solid import require_one_solid
 from pneumorph.results import HistoryEntry, RunResult
 from pneumorph.run.complete import Outcome, complete
 
@@ -267,7 +266,6 @@ def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = F
         If the problem has a mistake, or the directory contains something else.
     """
     asked = _problem(problem, trust)
-    require_one_solid(asked.body, asked.region)
     # A mistake in a target is reported before the directory is made.
     build_objectives(asked)
     return Run((run.resume if resume else run.create)(out, asked))

@@ -31,7 +31,7 @@ class Limit:
         As used by the optimiser and in the readings of reports.
     word : str
         The name shown to users; limits with the same word are shown as one.
-    unit : "mm", "/mm²", "°", "°/kPa", "mm/kPa" or ""
+    unit : "mm", "mm³", "/mm", "/mm²", "°", "°/kPa", "mm/kPa" or ""
     at_least : bool
         Whether the quantity must be at least its bound; otherwise at most.
     aim : float
@@ -45,6 +45,8 @@ class Limit:
         The limit by which the optimiser's values are divided; None if they are divided by the bound.
     far : float
         Accuracy of certified values far from the bound, relative to the distance from it.
+    of_all : bool
+        Whether it is on a quantity of the whole body, which is nowhere.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Limit:
     read: Callable[[Any], float | None]
     per: Literal["wall", "fold"] | None = None
     far: float = 0.01
+    of_all: bool = False
 
     @property
     def suffix(self) -> str:

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.lattice import LatticeSurface, deviation_of
+from pneumorph.geometry.lattice import LatticeSurface, deviations_of
 from pneumorph.geometry.lattice.pieces import patches_of
 from pneumorph.geometry.regions import box
 from pneumorph.geometry.tube.surface import between_ends
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places, Points
-from pneumorph.limits.kinds.fold import FOLD
 from pneumorph.limits.kinds.kind import Kind
-from pneumorph.limits.kinds.wall import WALL
 from pneumorph.limits.lattice.enclosed import EnclosedLattices
 from pneumorph.limits.lattice.neighbours import linked
 from pneumorph.limits.lattice.rims import rims_of
 from pneumorph.limits.lattice.sampled import SampledLattices
 from pneumorph.limits.linearised import Rows, linearised
-from pneumorph.limits.report import LimitReading, LimitReport, certify
+from pneumorph.limits.report import LimitReport, certify
 from pneumorph.limits.rows.sampled import SampledBody
 from pneumorph.limits.shares import Usage, usage
 from pneumorph.limits.table import LATTICE_KINDS, TUBE_KINDS
@@ -51,9 +49,6 @@ class ShapeLimits:
         Number of cells of all surfaces: the rows of a limit in a cell share its multiplier.
     sampled, enclosed : functions
         Return a body at its samples, and by what encloses its surfaces.
-    margin : float
-        By how much distances in `spec` are larger than in the problem, mm: surfaces may be nearer to each other by so
-        much than those that are enclosed.
     """
 
     spec: Limits
@@ -61,7 +56,6 @@ class ShapeLimits:
     cells: int
     sampled: Callable[[Body], SampledBody]
     enclosed: Callable[[Body], EnclosedBody]
-    margin: float = 0.0
 
     def rows(
         self,
@@ -82,16 +76,8 @@ class ShapeLimits:
         return linearised(self.kinds, self.sampled(body), reach, least, places, violated)
 
     def certify(self, body: Body) -> LimitReport:
-        """The certified worst values of all limits; distances without the margin."""
-        report = certify(self.kinds, self.enclosed(body))
-        return replace(report, readings=tuple(map(self._without_margin, report.readings)))
-
-    def _without_margin(self, reading: LimitReading) -> LimitReading:
-        if reading.limit not in (WALL.name, FOLD.name) or not self.margin:
-            return reading
-        value, attained = reading.value - self.margin, reading.attained - self.margin
-        # The bound as it is in the problem, without rounding errors.
-        return replace(reading, value=value, attained=attained, bound=round(reading.bound - self.margin, 12))
+        """The certified worst values of all limits."""
+        return certify(self.kinds, self.enclosed(body))
 
     def shares(self, body: Body) -> list[Usage]:
         """The share of the nearest limit that is used everywhere on each surface, the exterior first."""
@@ -114,7 +100,9 @@ def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] =
     return limits_at(sample_limits(body, spec, group))
 
 
-def lattice_limits(body: Body[LatticeSurface], spec: Limits, length: float, deviation: float) -> ShapeLimits:
+def lattice_limits(
+    body: Body[LatticeSurface], spec: Limits, length: float, deviations: Sequence[NDArray[np.float64]]
+) -> ShapeLimits:
     """The limits on all bodies of a run that are displaced by the lattices of a body.
 
     Parameters
@@ -123,32 +111,29 @@ def lattice_limits(body: Body[LatticeSurface], spec: Limits, length: float, devi
     spec : problem.Limits
     length : float
         Of the body, mm.
-    deviation : float
-        Bound of the distance of its triangles from the faces in the file, mm. Displaced, both are apart by no more than
-        that times the largest scaling, so that distances of two triangles are kept larger by twice as much.
+    deviations : sequence of (m,) array
+        Of every surface, bounds of the distance of its triangles from the faces in the file, mm. Displaced, they are
+        apart by no more than that times the largest scaling, so that distances between triangles count as less by that.
     """
     assert spec.scaling is not None, "bodies from files have limits on scaling"
-    margin = 2.0 * deviation * spec.scaling.largest
     patches = tuple(map(patches_of, body.surfaces))
     links = tuple(linked(each, spec.fold.neighbourhood) for each in patches)
+    margins = tuple(spec.scaling.largest * each for each in deviations)
     between = box((-np.inf, -np.inf, 0.0), (np.inf, np.inf, length))
-    known = between, patches, links, rims_of(body.surfaces, patches, spec.wall)
-    fold = spec.fold.model_copy(update={"distance": spec.fold.distance + margin})
-    spec = spec.model_copy(update={"wall": spec.wall + margin, "fold": fold})
+    known = between, patches, links, rims_of(body.surfaces, patches, spec.wall), margins
     return ShapeLimits(
         spec,
         LATTICE_KINDS,
         sum(len(each.nodes) for each in patches),
         lambda body: SampledLattices(body, spec, *known),
         lambda body: EnclosedLattices(body, spec, *known),
-        margin,
     )
 
 
 def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
     if problem.solid is not None:
-        return lattice_limits(body, problem.limits, problem.body.length, deviation_of(problem))
+        return lattice_limits(body, problem.limits, problem.body.length, deviations_of(problem))
     return tube_limits(body, problem.limits, operations(problem.body.symmetry))
 
 

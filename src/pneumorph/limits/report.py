@@ -34,7 +34,7 @@ class LimitReading:
     Attributes
     ----------
     limit : str
-        "wall", "fold", "curvature", "skew", "stretch", "area", "ends" or "envelope".
+        Its name, see `Limit`.
     value, bound : float
         In mm, 1/mm² or 1; distances and the area element must not be below the bound, all others not above it. The
         value is certified: no point of the surfaces is worse.
@@ -88,10 +88,8 @@ class LimitReading:
         kind = "at least" if limit.at_least else "at most"
         # Rounded before it is written, so that no -0.0 is shown.
         x, y, z = (round(part, 1) + 0.0 for part in self.point)
-        return (
-            f"{limit.word} is {self.shown()}{unit}, must be {kind} {self.bound:g}{unit}"
-            f" (on {self.surface}, at ({x:.1f}, {y:.1f}, {z:.1f}) mm)"
-        )
+        where = "" if limit.of_all else f" (on {self.surface}, at ({x:.1f}, {y:.1f}, {z:.1f}) mm)"
+        return f"{limit.word} is {self.shown()}{unit}, must be {kind} {self.bound:g}{unit}{where}"
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,10 @@ from pneumorph.limits.kinds.kind import Kind
 from pneumorph.limits.kinds.region import ENDS, ENVELOPE, PLANES, Inside, between_ends, within_envelope
 from pneumorph.limits.kinds.states import OF_STATES, of_tasks
 from pneumorph.limits.kinds.wall import Walls
+from pneumorph.limits.lattice.bending import Bendings
 from pneumorph.limits.lattice.scaling import Scalings
+from pneumorph.limits.lattice.space import Spaces
+from pneumorph.limits.lattice.volume import Volumes
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.tube.rim import Rims
 from pneumorph.limits.tube.shape import Shapes
@@ -33,6 +36,9 @@ LATTICE_KINDS: tuple[Kind[Any, Any, Any], ...] = (
     Folds(),
     Scalings(),
     Inside(ENVELOPE, within_envelope, cavities=False),
+    Spaces(),
+    Bendings(),
+    Volumes(),
 )
 """The same of a body from a file. Its exterior contains base and tip, so walls there need no limit of their own."""
 

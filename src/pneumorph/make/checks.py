@@ -123,7 +123,9 @@ def check_mesh(path: Path, surfaces: Sequence[TubeSurface], chord: float) -> Ite
     yield from check_triangles(path, points, volume_inside(surfaces), chord)
 
 
-def check_triangles(path: Path, points: NDArray[np.float64], volume: float, chord: float) -> Iterator[Check]:
+def check_triangles(
+    path: Path, points: NDArray[np.float64], volume: float, chord: float, part: str = ""
+) -> Iterator[Check]:
     """Check the part in an STL file, or the one built from a 3MF file.
 
     Parameters
@@ -136,6 +138,8 @@ def check_triangles(path: Path, points: NDArray[np.float64], volume: float, chor
         Within these, mm³.
     chord : float
         The requested chord error in mm.
+    part : str
+        Name of the part in a 3MF file; by default its first one.
 
     Raises
     ------
@@ -143,16 +147,20 @@ def check_triangles(path: Path, points: NDArray[np.float64], volume: float, chor
         If the file cannot be read.
     """
     name = path.name
-    part = read_stl(path) if path.suffix == ".stl" else next(iter(read_3mf(path).values()))
-    solid = manifold(part)
-    closed = closure(name, part, solid)
+    if path.suffix == ".stl":
+        found = read_stl(path)
+    else:
+        parts = read_3mf(path)
+        found = parts[part or next(iter(parts))]
+    solid, of = manifold(found), f" of {part}" if part else ""
+    closed = closure(name, found, solid)
     yield closed
     if not closed.passed:
         return
-    yield Check(name, "edges that pass through triangles", crossings(part, solid), 0)
-    yield Check(name, "chord error", float(distances(part, points).max()), chord, "mm")
+    yield Check(name, f"edges{of} that pass through triangles", crossings(found, solid), 0)
+    yield Check(name, f"chord error{of}", float(distances(found, points).max()), chord, "mm")
     # Surfaces that differ by at most the chord error enclose volumes that differ by at most that times their area.
-    yield Check(name, "volume error", abs(part.volume - volume), chord * solid.surface_area(), "mm³")
+    yield Check(name, f"volume error{of}", abs(found.volume - volume), chord * solid.surface_area(), "mm³")
 
 
 def crossings(part: Triangles, solid: manifold3d.Manifold) -> int:

@@ -29,8 +29,8 @@ def _kept_locale() -> Iterator[None]:
         locale.setlocale(locale.LC_ALL, before)
 
 
-def write_3mf(path: Path, parts: Mapping[str, Triangles]) -> None:
-    """Write named parts in millimetres, of which only the first is to be printed.
+def write_3mf(path: Path, parts: Mapping[str, Triangles], printed: int = 1) -> None:
+    """Write named parts in millimetres, of which only the first are to be printed.
 
     The others are objects of the type "other", which programs can read but slicers do not print: a chamber printed
     together with its body would be filled with material.
@@ -41,13 +41,15 @@ def write_3mf(path: Path, parts: Mapping[str, Triangles]) -> None:
         The file; an existing one is replaced.
     parts : mapping of str to Triangles
         The parts by name.
+    printed : int
+        How many of them are printed.
 
     Raises
     ------
     OSError
         If the file cannot be written.
     """
-    _write(path, "3mf", parts)
+    _write(path, "3mf", parts, printed)
 
 
 def write_stl(path: Path, part: Triangles) -> None:
@@ -106,7 +108,7 @@ def read_stl(path: Path) -> Triangles:
 
 
 @_kept_locale()
-def _write(path: Path, form: str, parts: Mapping[str, Triangles]) -> None:
+def _write(path: Path, form: str, parts: Mapping[str, Triangles], printed: int = 1) -> None:
     wrapper = get_wrapper()
     model = wrapper.CreateModel()
     model.SetUnit(Lib3MF.ModelUnit.MilliMeter)
@@ -119,7 +121,7 @@ def _write(path: Path, form: str, parts: Mapping[str, Triangles]) -> None:
             (Lib3MF.Position * len(points)).from_buffer(points.data),
             (Lib3MF.Triangle * len(corners)).from_buffer(corners.data),
         )
-        if number == 0:
+        if number < printed:
             model.AddBuildItem(mesh, wrapper.GetIdentityTransform())
         else:
             mesh.SetType(Lib3MF.ObjectType.Other)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
+from OCP.BRep import BRep_Builder
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Message import Message
 from OCP.STEPCAFControl import STEPCAFControl_Writer
@@ -15,7 +16,7 @@ from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType
 from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopoDS import TopoDS_Shape
+from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
 from pneumorph import __version__
@@ -79,8 +80,15 @@ def read_step(path: Path) -> TopoDS_Shape:
     return reader.OneShape()
 
 
-def write_step(shapes: Mapping[str, TopoDS_Shape], path: Path) -> None:
+def write_step(shapes: Mapping[str, TopoDS_Shape], path: Path, together: str = "") -> None:
     """Write named shapes at their places, in mm.
+
+    Parameters
+    ----------
+    shapes : mapping of str to TopoDS_Shape
+    path : Path
+    together : str
+        Name of what they are parts of: some programs read only the first of shapes that are parts of nothing.
 
     Raises
     ------
@@ -90,8 +98,15 @@ def write_step(shapes: Mapping[str, TopoDS_Shape], path: Path) -> None:
     document = TDocStd_Document(TCollection_ExtendedString("BinXCAF"))
     XCAFDoc_DocumentTool.SetLengthUnit_s(document, 1e-3)
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    if together:
+        whole, builder = TopoDS_Compound(), BRep_Builder()
+        builder.MakeCompound(whole)
+        for shape in shapes.values():
+            builder.Add(whole, shape)
+        TDataStd_Name.Set_s(tool.AddShape(whole, True), TCollection_ExtendedString(together))
     for name, shape in shapes.items():
-        TDataStd_Name.Set_s(tool.AddShape(shape, False), TCollection_ExtendedString(name))
+        label = tool.FindShape(shape, False) if together else tool.AddShape(shape, False)
+        TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
     writer = STEPCAFControl_Writer()
     writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
     header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())

@@ -24,7 +24,6 @@ from pneumorph.optimize.step import Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
 from pneumorph.optimize.within import Within, within
 from pneumorph.problem import Problem
-from pneumorph.problem.solid import require_one_solid
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +79,6 @@ class Setup:
 
 def build_setup(problem: Problem, settings: LoopSettings | None = None) -> Setup:
     """The setup of a problem, by its own body."""
-    require_one_solid(problem.body, problem.region)
     space = space_of(problem)
     limits = limits_of(problem, space.reference)
     setup = setup_among(problem, space, limits, mesher_of(problem, part_of(problem)), settings)

@@ -19,13 +19,13 @@ from scipy.spatial.transform import Rotation
 
 from pneumorph import units
 from pneumorph.cad import stl
-from pneumorph.errors import short
-from pneumorph.problem.beside import contents_of, file_of, stored, with_file
+from pneumorph.problem.beside import with_file
 from pneumorph.problem.directions import Direction, Number
 from pneumorph.problem.kinds import by_kind, known
 from pneumorph.problem.models import Length, PositiveLength, RotationalStiffness, Stiffness
 from pneumorph.problem.names import Name
-from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
+from pneumorph.problem.table import TAG, Example, Quantity, Table
+from pneumorph.problem.triangles import with_triangles
 
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Place = tuple[Length, Length, Length]
@@ -181,15 +181,7 @@ class TriangulatedSpec(_Body):
     @model_validator(mode="before")
     @classmethod
     def _read(cls, data: Any, info: ValidationInfo) -> Any:
-        path = file_of(data, info, "triangles", 'an STL file; write e.g. file = "part.stl"')
-        if path is None:
-            return data
-        content = contents_of(path, stl.MOST_BYTES)
-        try:
-            surface = stl.read_stl(content)
-        except ValueError as error:
-            raise InvalidKey("file", f"{short(path, 120)} {error}") from None
-        return stored(data, triangles=stl.pack(surface))
+        return with_triangles(data, info)
 
     @field_validator("triangles")
     @classmethod

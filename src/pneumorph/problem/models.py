@@ -36,6 +36,8 @@ RotationalStiffness = Annotated[float, Quantity(units.ROTATIONAL_STIFFNESS, "not
 Force = Annotated[float, Quantity(units.FORCE)]
 Moment = Annotated[float, Quantity(units.MOMENT)]
 Volume = Annotated[float, Quantity(units.VOLUME)]
+PositiveVolume = Annotated[float, Quantity(units.VOLUME, "positive")]
+Bending = Annotated[float, Quantity(units.PER_LENGTH, "positive")]
 Whole = Annotated[int, Strict()]
 
 
@@ -319,6 +321,11 @@ class Limits(TaskLimits):
     """Largest squared relative change of the spacing of parameter lines per length."""
     scaling: Scaling | None = None
     """Least and largest change of lengths at the surfaces of a body from a file."""
+    bending: Bending | None = None
+    """Largest second derivative of the displacement of a body from a file: plane faces become no more curved than that
+    over the square of the least scaling."""
+    volume: PositiveVolume | None = None
+    """Largest volume of the rubber."""
     envelope: Envelope | None = None
     """The space that must contain the exterior."""
     strain: Annotated[Annotated[Number, Field(gt=0)] | Literal["off"], BeforeValidator(_share)] | None = None

@@ -8,8 +8,10 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from pneumorph import units
+from pneumorph.problem.directions import Direction
 from pneumorph.problem.models import MOST_CHAMBERS, Length, Name, Number
 from pneumorph.problem.regions import Angle
+from pneumorph.problem.solid import Selection
 from pneumorph.problem.table import ROUNDING, Example, InvalidKey, Quantity, Table
 from pneumorph.problem.variable import Share, Variable
 
@@ -18,6 +20,9 @@ EXTERIOR = "exterior"
 
 MOST_REINFORCEMENTS = 20
 """Of a body."""
+
+MOST_FACES = 100
+"""Selections of faces on which one lies."""
 
 PositiveStiffness = Annotated[float, Quantity(units.STIFFNESS, "positive")]
 
@@ -81,7 +86,9 @@ class _Reinforcement(Table):
     name: Annotated[Name, Example('e.g. name = "paper"')]
     """Name in results and pictures."""
     surfaces: tuple[Name, ...] = Field(default=(EXTERIOR,), min_length=1, max_length=MOST_CHAMBERS)
-    """Surfaces on which it lies: "exterior", or names of chambers; flat ends are not covered."""
+    """Surfaces on which it lies: "exterior", or names of chambers; flat ends, base and tip are not covered."""
+    on: Annotated[tuple[Selection, ...], Field(min_length=1, max_length=MOST_FACES)] | None = None
+    """Of a body from a file: the faces on which it lies, in place of whole surfaces."""
     span: tuple[Length, Length] | None = None
     """Its extent along z; by default the whole surface."""
     angles: tuple[Angle, Angle] | None = None
@@ -91,12 +98,14 @@ class _Reinforcement(Table):
     def words(self) -> str:
         """What it is and where, as it is written in the file; of what is designed, its value at the start."""
         joints = {"surfaces": ", ", "span": " to ", "angles": " to "}
-        table = self.model_dump(mode="json", exclude={"name"}, exclude_none=True)
+        table = self.model_dump(mode="json", exclude={"name", "on"}, exclude_none=True)
         for key, datum in data_of(self).items():
             number, *unit = str(datum.quantity.write(datum.start)).split(" ", 1)
             table[key] = " ".join([f"{float(number):.4g}", *unit])
         if table.get("coverage") == "1":
             del table["coverage"]
+        if self.on is not None:
+            table["surfaces"] = [f"faces {each.where}" for each in self.on]
         parts = [f"{key} {joints[key].join(value) if key in joints else value}" for key, value in table.items()]
         return f'{self.kind} "{self.name}" ({", ".join(parts)})'
 
@@ -107,6 +116,8 @@ class _Reinforcement(Table):
 
     @model_validator(mode="after")
     def _in_order(self) -> _Reinforcement:
+        if self.on is not None and self.surfaces != (EXTERIOR,):
+            raise InvalidKey("on", "is given together with surfaces; leave one of them out")
         if self.span is not None and self.span[0] >= self.span[1]:
             raise InvalidKey("span", "does not rise; put the lower end first")
         if self.angles is not None and not 0.0 < self.angles[1] - self.angles[0] < 2.0 * math.pi - ROUNDING:
@@ -148,6 +159,8 @@ class FibresSpec(_Reinforcement):
     """2: fibres at plus and minus the angle; 1: at plus the angle only, which twists the body."""
     buckling: Annotated[Number, Field(gt=0, le=1)] | None = None
     """Compressive strain at which fibres buckle; by default 0.01, or less if the rubber would wrinkle before."""
+    along: Direction | None = None
+    """Of a body from a file: the direction, laid on the faces, in place of the lines from base to tip."""
 
     @model_validator(mode="after")
     def _at_most_around(self) -> FibresSpec:

@@ -6,7 +6,6 @@ import base64
 import binascii
 import re
 import zlib
-from collections.abc import Sequence
 from functools import lru_cache
 from string import ascii_uppercase
 from typing import Annotated, Any, ClassVar, Literal
@@ -16,21 +15,22 @@ from pydantic import Field, GetJsonSchemaHandler, Strict, StringConstraints, Val
 from pydantic_core import CoreSchema
 
 from pneumorph import units
-from pneumorph.cad.deviation import deviation
+from pneumorph.cad.deviation import deviations
 from pneumorph.cad.faces import Faces
 from pneumorph.cad.parts import Extreme, InBox, InPlane, Named, Parts, Where, parts_of, point_inside
 from pneumorph.cad.parts import Place as PlaceOf
 from pneumorph.cad.read import FORMATS, Format, read_faces
 from pneumorph.cad.shells import section_area, shells_of
-from pneumorph.errors import ComputationError, MeshError, ProblemError, short
+from pneumorph.errors import ComputationError, MeshError, short
 from pneumorph.problem.beside import contents_of, file_of, stored, with_file
-from pneumorph.problem.body import BodySpec, Ripple, Symmetry
+from pneumorph.problem.body import Ripple, Symmetry
 from pneumorph.problem.directions import Number
 from pneumorph.problem.gas import Gas
 from pneumorph.problem.models import MOST_CHAMBERS, Length
 from pneumorph.problem.names import Name
-from pneumorph.problem.regions import Region
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.symmetry.operations import NORMALS
+from pneumorph.symmetry.part import Part
 
 MOST_BYTES = 30_000_000
 """Largest file with a body that is read."""
@@ -202,13 +202,16 @@ class SolidSpec(Table):
         """mm per unit of the file as it is read, in which STEP and 3MF have mm."""
         return self.scale * UNITS[self.unit]
 
-    def faces(self, size: float) -> Faces:
-        """Its faces in triangles with edges of about this length, mm; 0 for a coarse outline."""
-        return read_faces(self.content, self.format, self.factor, size)
+    def faces(self, size: float, part: Part = ()) -> Faces:
+        """Its faces in triangles with edges of about this length, mm; 0 for a coarse outline.
 
-    def deviation(self, size: float) -> float:
-        """Bound of the distance between these triangles and the faces in the file, mm."""
-        return deviation(self.content, self.format, self.factor, size)
+        Those of a part are open in the mirror planes beside it.
+        """
+        return read_faces(self.content, self.format, self.factor, size, tuple(NORMALS[plane] for plane in part))
+
+    def deviations(self, size: float) -> np.ndarray:
+        """Bounds (m,) of the distance between each of these triangles and the faces in the file, mm."""
+        return deviations(self.content, self.format, self.factor, size)
 
     @property
     def outline(self) -> Faces:
@@ -293,22 +296,6 @@ def _ends(body: SolidSpec) -> tuple[np.ndarray, np.ndarray]:
         areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         centres.append(np.average(corners.mean(axis=1), axis=0, weights=areas))
     return centres[0], centres[1]
-
-
-def require_one_solid(body: BodySpec | SolidSpec, regions: Sequence[Region]) -> None:
-    """Refuse to design a body of several solids from a file.
-
-    Raises
-    ------
-    ProblemError
-        For one with regions: where solids meet, faces would follow the lattice of the exterior, but their edges on
-        chambers others.
-    """
-    if isinstance(body, SolidSpec) and regions:
-        raise ProblemError(
-            "region[0].inside: a body from a file with regions can be simulated, checked and exported, not designed as "
-            "yet; leave the regions out"
-        )
 
 
 def letters(number: int) -> str:

@@ -76,7 +76,12 @@ class Patches:
 
     def places(self, patch: Ints, bary: Floats) -> Floats:
         """Reference places (n, 3) of points (n, 3) of triangles (n,), given by barycentric coordinates, mm."""
-        return _places(self.nodes, np.ascontiguousarray(patch), np.ascontiguousarray(bary))
+        return places_on(self.nodes, patch, bary)
+
+
+def places_on(nodes: Floats, patch: Ints, bary: Floats) -> Floats:
+    """Places (n, 3) on six-node triangles with nodes (m, 6, 3), given by triangles (n,) and barycentric coordinates."""
+    return _places(nodes, np.ascontiguousarray(patch), np.ascontiguousarray(bary))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -118,6 +123,8 @@ class Pieces:
         The same in the reference.
     bends : (n, 3, 3) array
         Bounds of the lengths of second derivatives of the map on each, 1/mm.
+    area : (n,) array
+        Bounds of the area of each, displaced, of its flat triangle, and of all triangles between the two, mm².
     """
 
     patch: Ints
@@ -127,6 +134,7 @@ class Pieces:
     error: Floats
     bulge: Floats
     bends: Floats
+    area: Floats
 
     def __getitem__(self, some: Ints) -> Pieces:
         return Pieces(*(part[some] for part in vars(self).values()))
@@ -150,6 +158,10 @@ class Displaced:
     def gradients(self, places: Floats) -> Floats:
         """Derivatives (n, 3, 3) of the map there: of each component along x, y and z."""
         return self._evaluated(places, 1)[:, :, 1:]
+
+    def seconds(self, places: Floats) -> Floats:
+        """Second derivatives (n, 3, 6) of each component of the map there: xx, xy, xz, yy, yz and zz, 1/mm."""
+        return self._evaluated(places, 2)[:, :, 4:]
 
     def _evaluated(self, places: Floats, order: int) -> Floats:
         """Where places (n, 3) are moved, and derivatives up to an order: (n, 3, 1), (n, 3, 4) or (n, 3, 10)."""
@@ -213,7 +225,7 @@ class Displaced:
 
     def bends_near(self, patch: Ints, middles: Floats, reach: Floats) -> Floats:
         """Bounds (n, 3, 3) of second derivatives within `reach` (n, 3) of places (n, 3) on triangles, 1/mm."""
-        here = np.linalg.norm(self._evaluated(middles, 2)[:, :, 4:], axis=1)[:, _SECOND]
+        here = np.linalg.norm(self.seconds(middles), axis=1)[:, _SECOND]
         near = here + np.einsum("nkmc,nc->nkm", self._twists[patch], reach)
         return np.where(self.still[patch, None, None], 0.0, np.minimum(near, self.bends[patch]))
 
@@ -298,8 +310,12 @@ class Displaced:
             np.einsum("nkm,nm->nk", bends, longest), longest, out=np.zeros_like(longest), where=longest > 0
         )
         straight = np.einsum("nek,nk->ne", edges**2, weight).max(axis=1) / 6.0
-        off = np.einsum("nek,nk->ne", off, self.slopes[patch]).max(axis=1) * 4.0 / 3.0
-        return Pieces(patch, bary, place, x, straight + off, bulge, bends)
+        slopes = self.slopes[patch]
+        # A quadratic triangle's derivatives differ from the edges of its flat one by no more than eight such distances.
+        tangents = np.einsum("nek,nk->ne", edges + 8.0 * off.max(axis=1, keepdims=True), slopes)
+        area = np.sort(tangents, axis=1)[:, :2].prod(axis=1) / 2.0
+        off = np.einsum("nek,nk->ne", off, slopes).max(axis=1) * 4.0 / 3.0
+        return Pieces(patch, bary, place, x, straight + off, bulge, bends, area)
 
 
 def displaced(surface: LatticeSurface, patches: Patches) -> Displaced:

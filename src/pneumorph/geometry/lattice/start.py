@@ -63,9 +63,10 @@ def faces_of(problem: Problem) -> Faces:
     return solid_of(problem).faces(_size(problem))
 
 
-def deviation_of(problem: Problem) -> float:
-    """Bound of the distance between these triangles and the faces in the file, mm."""
-    return solid_of(problem).deviation(_size(problem))
+def deviations_of(problem: Problem) -> list[Array]:
+    """Of every surface, the exterior first: bounds (m,) of the distance of its triangles from the file's faces, mm."""
+    found = solid_of(problem).deviations(_size(problem))
+    return [found[own] for own in surface_parts(problem, faces_of(problem)).values()]
 
 
 def _size(problem: Problem) -> float:

@@ -29,9 +29,9 @@ ENVELOPE = Limit("envelope", "envelope", "mm", False, 0.002, "envelope_mm", lamb
 
 
 def _most(limits: Limits) -> float | None:
-    """The radius of a cylinder alone, where the value is the distance from its axis; of other spaces a value of zero is
-    on the boundary."""
-    if limits.envelope is None:
+    """The radius of a cylinder alone, where the value is the distance from its axis; of other convex spaces a value of
+    zero is on the boundary."""
+    if limits.envelope is None or limits.envelope.triangles is not None:
         return None
     return 0.0 if limits.envelope.planes else limits.envelope.radius
 

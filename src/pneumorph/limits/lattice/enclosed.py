@@ -66,6 +66,8 @@ class EnclosedLattices:
         Which triangles of each surface are neighbours.
     rims : Rims
         Where surfaces meet.
+    margins : sequence of (m,) array
+        Of each surface, how far the faces of the file may be from its triangles, mm: distances count as less by that.
     """
 
     body: Body
@@ -74,6 +76,7 @@ class EnclosedLattices:
     patches: Sequence[Patches]
     links: Sequence[Links]
     rims: Rims
+    margins: Sequence[Floats]
 
     @property
     def own(self) -> range:
@@ -202,7 +205,7 @@ class EnclosedLattices:
 
         one, other = self.whole[first], self.whole[second]
         beyond = asked(np.zeros(0))
-        i, j = close_pairs(one.x, other.x, beyond + one.error + other.error.max())
+        i, j = close_pairs(one.x, other.x, beyond + self._off(first, one) + self._off(second, other).max())
         if first == second:
             i, j = i[i <= j], j[i <= j]
         pairs = np.stack([i, j], axis=1)
@@ -228,10 +231,12 @@ class EnclosedLattices:
         for level in range(LEVELS + 1):
             stop_if_asked()
             (here, small), (there, large) = balls(one.x), balls(other.x)
-            small, large = small + one.error, large + other.error
+            ours, their = self._off(first, one), self._off(second, other)
+            small, large = small + ours, large + their
             least = np.linalg.norm(here[i] - there[j], axis=1) - small[i] - large[j]
             if first == second:
                 within, beside = self._beside(first, one, other, i, j, origin, bends, known)
+                beside = beside - self.margins[first][one.patch[i]] - self.margins[first][other.patch[j]]
                 least = np.where(within, np.inf, np.maximum(least, beside))
             elif (first, second) in self.rims:
                 rim = self.rims[first, second]
@@ -239,7 +244,7 @@ class EnclosedLattices:
             full = level < (FULL_OF_FOLDS if first == second else FULL)
             needed = self._asked(attained, origin, accuracy, asked, full)
             measured = np.flatnonzero(least < needed)
-            error = one.error[i[measured]] + other.error[j[measured]]
+            error = ours[i[measured]] + their[j[measured]]
             flat = distances(one.x, other.x, i[measured], j[measured], needed[measured] + error)
             gap = flat[0] - error
             least[measured] = np.maximum(least[measured], gap)
@@ -311,8 +316,13 @@ class EnclosedLattices:
             rim, sides = self.rims[first, second], ((first, a, here), (second, b, there))
             over = sum(rim.away(self.patches[number].places(patch, bary)) for number, patch, bary in sides)
             away[over < rim.reach] = np.inf
+        away -= self.margins[first][a] + self.margins[second][b]
         at = [np.column_stack([k.astype(float), p[:, 1:]]) for k, p in ((a, here), (b, there))]
         return away, at[0], at[1]
+
+    def _off(self, number: int, pieces: Pieces) -> Floats:
+        """How far the faces of the file may be from the flat triangles of pieces (n,) of a surface, mm."""
+        return pieces.error + self.margins[number][pieces.patch]
 
     def _beside(
         self, number: int, one: Pieces, other: Pieces, i: Ints, j: Ints, origin: Ints, bends: Floats, known: Mask

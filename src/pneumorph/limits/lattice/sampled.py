@@ -47,6 +47,8 @@ class SampledLattices:
         Which triangles of each surface are neighbours.
     rims : Rims
         Where surfaces meet.
+    margins : sequence of (m,) array
+        Of each surface, how far the faces of the file may be from its triangles, mm.
     """
 
     body: Body
@@ -55,6 +57,7 @@ class SampledLattices:
     patches: Sequence[Patches]
     links: Sequence[Links]
     rims: Rims
+    margins: Sequence[Floats]
 
     @cached_property
     def first(self) -> Ints:
@@ -84,7 +87,8 @@ class SampledLattices:
         return self.placed(number, np.column_stack([patch, NODES[node[patch]]]).astype(float))
 
     def placed(self, number: int, at: Floats) -> Placed:
-        return Placed(number, self.first[number] + at[:, 0].astype(int), at)
+        patch = at[:, 0].astype(int)
+        return Placed(number, self.first[number] + patch, at, self.margins[number][patch])
 
     def sums(self, points: Placed) -> Sums:
         numbers, weights = self.body.surfaces[points.number].lattice.sums(self.places(points.number, points.at))
@@ -112,7 +116,7 @@ class SampledLattices:
             a, b, c = np.moveaxis(self.whole[second].x[j], 1, 0)
             normals = np.cross(b - a, c - a)
             outward = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-        return Couples(one.cell, self.sums(one), self.sums(other), outward)
+        return Couples(one.cell, self.sums(one), self.sums(other), outward, one.margin + other.margin)
 
     def apart(self, number: int, bound: float) -> Floats:
         found = np.full(len(self.patches[number].nodes), np.inf)
@@ -144,14 +148,17 @@ class SampledLattices:
     def _near(self, first: int, second: int, within: float) -> tuple[Ints, Ints, Floats, Floats, Floats]:
         """Pairs of parts of triangles within a distance, mm, their distances, and the closest points (n, 3) of both.
 
-        Triangles are taken as flat. On one surface points count that are not within the neighbourhood, on two those
-        that are not beside each other at a rim.
+        Triangles are taken as flat, and their distances count as less by the margins. On one surface points count that
+        are not within the neighbourhood, on two those that are not beside each other at a rim.
         """
         one, other = self.whole[first], self.whole[second]
-        i, j = close_pairs(one.x, other.x, within)
+        own, their = self.margins[first][one.patch], self.margins[second][other.patch]
+        i, j = close_pairs(one.x, other.x, within + own + their.max(initial=0.0))
         if first == second:
             i, j = i[i < j], j[i < j]
-        distance, u, v = distances(one.x, other.x, i, j, np.full(len(i), within))
+        less = own[i] + their[j]
+        distance, u, v = distances(one.x, other.x, i, j, within + less)
+        distance = distance - less
         some = np.flatnonzero(distance < within)
         sides = ((first, i, u), (second, j, v))
         here, there = (self.places(number, self._at(number, k[some], part[some])) for number, k, part in sides)

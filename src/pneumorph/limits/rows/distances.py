@@ -22,6 +22,7 @@ def rows_of_couples(at: SampledBody, couples: Couples, bound: float) -> RowBlock
     value, column, entry = np.empty(count), np.empty(shape, dtype=np.int64), np.empty(shape)
     into = value, column, entry
     _separate(at.body.control_points(), tuple(couples.one), tuple(couples.other), ways, bound, into)
+    value += couples.less / bound
     return RowBlock(np.zeros(count, dtype=np.int64), couples.cell, value, column, entry)
 
 
@@ -30,7 +31,8 @@ def rows_at_pairs(at: SampledBody, pairs: Pairs, bound: float) -> Iterator[RowBl
     for a, b in sorted(set(zip(pairs.surface_a.tolist(), pairs.surface_b.tolist(), strict=True))):
         some = (pairs.surface_a == a) & (pairs.surface_b == b)
         one, other = at.placed(a, pairs.a[some]), at.placed(b, pairs.b[some])
-        yield rows_of_couples(at, Couples(one.cell, at.sums(one), at.sums(other)), bound)
+        couples = Couples(one.cell, at.sums(one), at.sums(other), less=one.margin + other.margin)
+        yield rows_of_couples(at, couples, bound)
 
 
 @numba.njit(cache=True, nogil=True)

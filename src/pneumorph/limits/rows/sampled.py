@@ -69,11 +69,15 @@ class Near(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Points of the surface with index `number`: their cells (m,), and `at` (m, 3) as in `places.Points`."""
+    """Points of the surface with index `number`: their cells (m,), and `at` (m, 3) as in `places.Points`.
+
+    What they stand for may be by a `margin` (m,), mm, elsewhere; 0 where they are exact.
+    """
 
     number: int
     cell: Ints
     at: Floats
+    margin: Floats | float = 0.0
 
 
 class Sums(NamedTuple):
@@ -94,12 +98,15 @@ class Couples(NamedTuple):
     outward : (m, 3) array or None
         Normals of the other surface: the distance of points that have passed through it is negative. Zero, or None,
         where it is positive anyway.
+    less : (m,) array or 0
+        By how much less their distances count, mm.
     """
 
     cell: Ints
     one: Sums
     other: Sums
     outward: Floats | None = None
+    less: Floats | float = 0.0
 
 
 class SampledBody(Protocol):

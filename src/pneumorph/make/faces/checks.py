@@ -4,8 +4,7 @@
 # OCP has no stubs: neither its names nor its types are known.
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import combinations_with_replacement
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +19,10 @@ from OCP.TopoDS import TopoDS, TopoDS_Face, TopoDS_Shape
 from pneumorph.cad.boxes import boxes_of, nearest
 from pneumorph.cad.shells import quarters
 from pneumorph.geometry.lattice import LatticeSurface
-from pneumorph.geometry.lattice.pieces import patches_of
+from pneumorph.geometry.lattice.between import Interface
+from pneumorph.geometry.lattice.pieces import places_on
 from pneumorph.make.checks import Check, parts_of, shells_are, validity, volume_of
+from pneumorph.make.faces.triangles import SAMPLES
 from pneumorph.make.step import read_step
 from pneumorph.make.triangles import Triangles, together
 
@@ -39,24 +40,18 @@ _NEARER = 3
 _QUADRATURE = 1e-6
 """Relative accuracy to which OpenCASCADE integrates volumes."""
 
-_SAMPLES = np.array(
-    [np.bincount(each, minlength=3) / 4.0 for each in combinations_with_replacement(range(3), 4)], dtype=float
-)
-"""Barycentric coordinates of points of a triangle, edges included."""
 
-
-def points_of(surfaces: Sequence[LatticeSurface]) -> Array:
-    """Points (n, 3) of all faces of surfaces, displaced, mm."""
+def points_of(surfaces: Sequence[LatticeSurface | Interface]) -> Array:
+    """Points (n, 3) of all faces of surfaces and interfaces, displaced, mm."""
     points = []
     for surface in surfaces:
-        patches = patches_of(surface)
-        count = len(patches.nodes)
-        patch, bary = np.repeat(np.arange(count), len(_SAMPLES)), np.tile(_SAMPLES, (count, 1))
-        points.append(surface.moved(patches.places(patch, bary)))
+        nodes = surface.outline[surface.patches]
+        patch, bary = np.repeat(np.arange(len(nodes)), len(SAMPLES)), np.tile(SAMPLES, (len(nodes), 1))
+        points.append(surface.moved(places_on(nodes, patch, bary)))
     return np.concatenate(points)
 
 
-def volume_within(surfaces: Sequence[LatticeSurface]) -> float:
+def volume_within(surfaces: Sequence[LatticeSurface | Interface]) -> float:
     """The volume within surfaces whose normals point outwards all, mm³."""
     # The error of flat triangles is a quarter with halves of their edges.
     shells = [(surface.shell()[0], surface.patches) for surface in surfaces]
@@ -64,17 +59,25 @@ def volume_within(surfaces: Sequence[LatticeSurface]) -> float:
     return (4.0 * fine - sum(Triangles(points, patches[:, :3]).volume for points, patches in shells)) / 3.0
 
 
-def check_solid(path: Path, surfaces: Sequence[LatticeSurface], shells: int, volume: float) -> Iterator[Check]:
-    """Check the only solid in a STEP file against the surfaces that bound it.
+def check_solids(
+    path: Path,
+    surfaces: Sequence[LatticeSurface | Interface],
+    shells: int,
+    volumes: Mapping[str, float],
+    rubbers: Sequence[str],
+) -> Iterator[Check]:
+    """Check the solids in a STEP file against the surfaces that bound them.
 
     Parameters
     ----------
     path : Path
-    surfaces : sequence of LatticeSurface
+    surfaces : sequence of LatticeSurface or Interface
     shells : int
-        Number of closed shells of the solid.
-    volume : float
-        Of the solid, mm³.
+        Number of closed shells of all solids.
+    volumes : mapping of str to float
+        Of the rubbers, mm³, by their names.
+    rubbers : sequence of str
+        That of each solid in the file.
 
     Raises
     ------
@@ -82,13 +85,17 @@ def check_solid(path: Path, surfaces: Sequence[LatticeSurface], shells: int, vol
         If the file cannot be read.
     """
     shape, name = read_step(path), path.name
-    closed = shells_are(name, shape, 1, shells)
+    closed = shells_are(name, shape, len(rubbers), shells)
     yield closed
     if not closed.passed:
         return
     yield validity(name, shape)
     nearest = Nearest(shape)
-    yield Check(name, "volume error", abs(volume_of(shape, _QUADRATURE) - volume), DEVIATION * nearest.area, "mm³")
+    solids = parts_of(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
+    for rubber, volume in volumes.items():
+        what = "volume error" if len(volumes) == 1 else f"volume error of {rubber}"
+        made = sum(volume_of(each, _QUADRATURE) for each, own in zip(solids, rubbers, strict=True) if own == rubber)
+        yield Check(name, what, abs(made - volume), DEVIATION * nearest.area, "mm³")
     # Nodes are on the faces of the file, what is between them only in the triangles of a design.
     furthest = float(nearest.distances(np.concatenate([surface.shell()[0] for surface in surfaces])).max())
     yield Check(name, "distance of the design's points from the faces", furthest, DEVIATION, "mm")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -10,14 +12,17 @@ from pneumorph.doing import doing
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
 from pneumorph.make.checks import Check, check_triangles
-from pneumorph.make.faces.checks import DEVIATION, check_solid, points_of, volume_within
-from pneumorph.make.faces.solid import displaced_solid
+from pneumorph.make.faces.checks import DEVIATION, check_solids, points_of, volume_within
+from pneumorph.make.faces.sheets import Sheet, around, sheets_of
+from pneumorph.make.faces.solid import displaced_solids
 from pneumorph.make.faces.triangles import triangulated
 from pneumorph.make.files import MadeFiles, as_json, published
 from pneumorph.make.printing import write_3mf, write_stl
 from pneumorph.make.step import write_step
 from pneumorph.make.triangles import Triangles
 from pneumorph.problem import Problem
+
+Shape = TypeVar("Shape")
 
 EXACT = ("step", "brep")
 """Formats of files with faces; others have triangles, of which no STEP file is made."""
@@ -52,45 +57,69 @@ def make_faces(problem: Problem, body: Body[LatticeSurface], folder: Path, chord
 
 def _make(problem: Problem, body: Body[LatticeSurface], folder: Path, chord: float) -> MadeFiles:
     """See `make_faces`; in a folder that nobody else writes in."""
+    sheets = sheets_of(problem, body)
     with doing("triangulating the faces"):
-        pieces = triangulated(body, chord)
-    whole = Triangles(pieces[0].points, np.concatenate([each.corners for each in pieces]))
+        pieces = triangulated([sheet.part for sheet in sheets], chord)
+    rubbers = dict.fromkeys(name for sheet in sheets for name in (sheet.inner, sheet.outer) if name)
+    volumes = {name: _volume(sheets, name) for name in rubbers}
+    parts = {name: _joined(pieces, around(sheets, name)) for name in rubbers}
     open_ = {each.name for each in problem.body.chamber if getattr(each, "port", None) is not None}
-    closed = [number for number, each in enumerate(body.chambers) if each.name not in open_]
-    parts = {"body": _compact(whole)}
-    for number in closed:
-        own = pieces[1 + number]
-        parts[f"chamber {body.chambers[number].name}"] = _compact(Triangles(own.points, own.corners[:, ::-1]))
+    for chamber in body.chambers:
+        if chamber.name not in open_:
+            own = [(number, False) for number, sheet in enumerate(sheets) if sheet.surface == chamber.name]
+            parts[f"chamber {chamber.name}"] = _joined(pieces, own)
     files, checks = [], list[Check]()
-    volume = volume_within(body.surfaces)
     assert problem.solid is not None
     if problem.solid.format in EXACT:
         with doing("fitting splines to the faces"):
-            made = displaced_solid(problem, body)
+            made = displaced_solids(problem, body)
         step = folder / "body.step"
-        write_step({"body": made.shape}, step)
+        write_step(_named(made.rubbers, made.solids), step, "body" if len(made.solids) > 1 else "")
         files.append(step)
         checks.append(
             Check(step.name, "deviation of faces and edges from the displaced ones", made.deviation, DEVIATION, "mm")
         )
         with doing("checking the solid"):
-            checks += check_solid(step, body.surfaces, made.shells, volume)
+            checks += check_solids(step, [sheet.part for sheet in sheets], made.shells, volumes, made.rubbers)
         for name, core in made.inner.items():
             path = folder / f"chamber_{name}.step"
             write_step({f"chamber {name}": core}, path)
             files.append(path)
             own = next(each for each in body.chambers if each.name == name)
-            checks += check_solid(path, [own], 1, -volume_within([own]))
-    points = points_of(body.surfaces)
+            checks += check_solids(path, [own], 1, {name: -volume_within([own])}, [name])
     mesh, plain = folder / "body.3mf", folder / "body.stl"
-    write_3mf(mesh, parts)
-    write_stl(plain, parts["body"])
+    write_3mf(mesh, parts, len(rubbers))
+    write_stl(plain, _joined(pieces, [(number, True) for number, sheet in enumerate(sheets) if not sheet.outer]))
     with doing("checking the triangles"):
-        for path in (mesh, plain):
+        for name in rubbers if len(rubbers) > 1 else ():
+            points = points_of([sheets[number].part for number, _ in around(sheets, name)])
+            checks += check_triangles(mesh, points, volumes[name], chord, name)
+        points, volume = points_of(body.surfaces), volume_within(body.surfaces)
+        for path in (mesh, plain) if len(rubbers) == 1 else (plain,):
             checks += check_triangles(path, points, volume, chord)
     report = folder / "checks.json"
     report.write_text(as_json(checks), encoding="utf-8")
     return MadeFiles((*files, mesh, plain, report), tuple(checks))
+
+
+def _named(rubbers: Sequence[str], solids: Sequence[Shape]) -> dict[str, Shape]:
+    """Solids by different names: those of their rubbers, with a number from the second of a rubber on."""
+    found: dict[str, Shape] = {}
+    for place, (rubber, solid) in enumerate(zip(rubbers, solids, strict=True)):
+        count = rubbers[: place + 1].count(rubber)
+        found[rubber if count == 1 else f"{rubber} {count}"] = solid
+    return found
+
+
+def _volume(sheets: Sequence[Sheet], rubber: str) -> float:
+    """The volume of a rubber, mm³."""
+    return sum((1.0 if out else -1.0) * volume_within([sheets[number].part]) for number, out in around(sheets, rubber))
+
+
+def _joined(pieces: Sequence[Triangles], those: Sequence[tuple[int, bool]]) -> Triangles:
+    """Triangles of some pieces, or with their other side out, as one surface."""
+    corners = [pieces[number].corners if out else pieces[number].corners[:, ::-1] for number, out in those]
+    return _compact(Triangles(pieces[0].points, np.concatenate(corners)))
 
 
 def _compact(part: Triangles) -> Triangles:

@@ -35,7 +35,7 @@ from pneumorph.make.faces.splines import DEGREE, Spline, fitted
 Array = NDArray[np.float64]
 
 FIT = 1e-3
-"""Distance of splines from the displaced faces and edges that is near enough, mm."""
+"""`Displacement.fit` of what is displaced by splines."""
 
 STILL = 1e-7
 """Faces and edges that are displaced by less are as in the file, mm; this is the tolerance of OpenCASCADE."""
@@ -63,12 +63,15 @@ class Displacement:
         Corners of the box in which it is known, mm.
     planes : sequence of (k,) array
         Where it is less smooth: the knots along x, y and z, mm.
+    fit : float
+        Distance of splines from the displaced faces and edges that is near enough, mm.
     """
 
     move: Callable[[Array], Array]
     lower: Array
     upper: Array
     planes: Sequence[Array]
+    fit: float = FIT
 
 
 @dataclass(eq=False)
@@ -210,7 +213,7 @@ def _fitted(
     away = np.linalg.norm(moved - places(*tests).reshape(moved.shape), axis=-1)
     if away[inside].max(initial=0.0) < STILL:
         return None
-    return fitted(value, starts, FIT)
+    return fitted(value, starts, by.fit)
 
 
 def _spread(ends: Array) -> Array:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.errors import ComputationError
-from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
-from pneumorph.geometry.lattice.pieces import displaced, patches_of
+from pneumorph.geometry.lattice.between import Interface
+from pneumorph.geometry.lattice.pieces import Displaced, displaced, patches_of, places_on
 from pneumorph.make.triangles import MAX_TRIANGLES, Triangles
 
 Array = NDArray[np.float64]
@@ -22,17 +24,45 @@ _HALVES = np.array([[0, 3, 2], [3, 1, 2]])
 _QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 _TURNED = np.array([[0, 1, 2, 3, 4, 5], [1, 2, 0, 4, 5, 3], [2, 0, 1, 5, 3, 4]])
 _MIDDLES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]])
+SAMPLES = np.array(
+    [np.bincount(each, minlength=3) / 4.0 for each in combinations_with_replacement(range(3), 4)], dtype=float
+)
+"""Barycentric coordinates of points of a triangle, edges included."""
+_CORNERS = [SAMPLES[:, corner].argmax() for corner in range(3)]
 
 
-def triangulated(body: Body[LatticeSurface], chord: float) -> list[Triangles]:
-    """The triangles of every surface of a body, the exterior first; together they are closed.
+@dataclass(frozen=True, eq=False)
+class _Between:
+    """The triangles of an interface, of which the distance from flat ones is measured at points."""
 
-    All have the same points, of which each surface uses some. Triangles are divided where the surface may be farther
-    from them than the chord error, see `pieces`.
+    interface: Interface
+
+    def at(self, patch: Ints, bary: Array) -> Array:
+        nodes = self.interface.outline[self.interface.patches]
+        return self.interface.moved(places_on(nodes, patch, bary))
+
+    def errors(self, patch: Ints, bary: Array) -> Array:
+        count = len(SAMPLES)
+        inside = np.einsum("sc,ncb->nsb", SAMPLES, bary).reshape(-1, 3)
+        x = self.at(np.repeat(patch, count), inside).reshape(len(patch), count, 3)
+        flat = np.einsum("sc,ncd->nsd", SAMPLES, x[:, _CORNERS])
+        return np.linalg.norm(x - flat, axis=2).max(axis=1)
+
+
+def _errors(sheet: Displaced | _Between, patch: Ints, bary: Array) -> Array:
+    """How far a surface may be from flat triangles (n,), mm."""
+    return sheet.errors(patch, bary) if isinstance(sheet, _Between) else sheet.between(patch, bary).error
+
+
+def triangulated(parts: Sequence[LatticeSurface | Interface], chord: float) -> list[Triangles]:
+    """The triangles of surfaces and interfaces, or parts of them; where these meet, they have the same edges.
+
+    All have the same points, of which each uses some. Triangles are divided where a surface may be farther from them
+    than the chord error, see `pieces`, or where an interface is.
 
     Parameters
     ----------
-    body : Body
+    parts : sequence of LatticeSurface or Interface
     chord : float
         Largest distance of the surfaces, in the six-node triangles of the faces in the file, from the triangles, mm.
 
@@ -41,20 +71,19 @@ def triangulated(body: Body[LatticeSurface], chord: float) -> list[Triangles]:
     ComputationError
         If that needs more than `MAX_TRIANGLES`.
     """
-    surfaces = [displaced(surface, patches_of(surface)) for surface in body.surfaces]
+    surfaces = [_Between(part) if isinstance(part, Interface) else displaced(part, patches_of(part)) for part in parts]
     # Surfaces that meet in the rim of a port have the same nodes there.
-    places = np.concatenate([surface.outline for surface in body.surfaces])
+    places = np.concatenate([surface.outline for surface in parts])
     _, first, number = np.unique(places, axis=0, return_index=True, return_inverse=True)
-    starts = np.cumsum([0, *(len(surface.outline) for surface in body.surfaces)])
+    starts = np.cumsum([0, *(len(surface.outline) for surface in parts)])
     number = number.ravel()
-    points = np.concatenate([surface.shell()[0] for surface in body.surfaces])[first]
-    corners = [number[start + each.patches[:, :3]] for start, each in zip(starts[:-1], body.surfaces, strict=True)]
-    patches = [np.arange(len(each.patches)) for each in body.surfaces]
+    points = np.concatenate([surface.shell()[0] for surface in parts])[first]
+    corners = [number[start + each.patches[:, :3]] for start, each in zip(starts[:-1], parts, strict=True)]
+    patches = [np.arange(len(each.patches)) for each in parts]
     bary = [np.tile(np.eye(3), (len(each), 1, 1)) for each in patches]
     while True:
         wrong = [
-            surface.between(patch, own).error > chord
-            for surface, patch, own in zip(surfaces, patches, bary, strict=True)
+            _errors(surface, patch, own) > chord for surface, patch, own in zip(surfaces, patches, bary, strict=True)
         ]
         if not any(each.any() for each in wrong):
             return [Triangles(points, each) for each in corners]
@@ -66,8 +95,8 @@ def triangulated(body: Body[LatticeSurface], chord: float) -> list[Triangles]:
             )
         made = np.zeros((len(ends), 3))
         for which, surface in enumerate(surfaces):
-            parts = _divided(corners[which], patches[which], bary[which], ends, len(points))
-            corners[which], patches[which], bary[which], at = parts
+            finer = _divided(corners[which], patches[which], bary[which], ends, len(points))
+            corners[which], patches[which], bary[which], at = finer
             made[at[0]] = surface.at(at[1], at[2])
         points = np.concatenate([points, made])
 

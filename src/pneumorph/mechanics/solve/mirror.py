@@ -10,6 +10,7 @@ import numpy as np
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting_in
 from pneumorph.problem.designed import reinforcements
+from pneumorph.problem.mirrored_solid import chamber_images, keeps_solid
 from pneumorph.problem.reinforcement import EXTERIOR
 from pneumorph.symmetry.images import image
 from pneumorph.symmetry.operations import MIRRORS, NORMALS, operations
@@ -22,8 +23,7 @@ def mirrors_of(
 ) -> tuple[str, ...]:
     """The planes, of "xz" and "yz" in this order, about which a problem is symmetric in shape, loads and objectives.
 
-    There are none where anything may touch: a part of a body does not see its other parts. Bodies from files are meshed
-    as a whole.
+    There are none where anything may touch: a part of a body does not see its other parts.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def mirrors_of(
     under : iterable of Acting, optional
         All weights and loads of the plate that will act; by default those of the tasks.
     """
-    if problem.contact is not None or problem.obstacle or problem.solid is not None:
+    if problem.contact is not None or problem.obstacle:
         return ()
     applied = applied_pressures(problem, pressures)
     loads = list(acting_in(problem).values() if under is None else under)
@@ -59,7 +59,7 @@ def sealed(problem: Problem) -> list[str]:
 def breaking_loads(problem: Problem) -> dict[str, list[str]]:
     """The loads because of which a body with mirror planes is not solved in part, by the planes that they break."""
     words: dict[str, list[str]] = {}
-    if problem.contact is not None or problem.obstacle or problem.solid is not None:
+    if problem.contact is not None or problem.obstacle:
         return words
     for plane in ("xz", "yz"):
         mirror = np.array(MIRRORS[plane])
@@ -78,20 +78,31 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures], under:
     axial = np.prod(mirror) * mirror
     return (
         any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
-        and _keeps_regions(problem, plane)
-        and _keeps_reinforcements(problem, plane)
+        and _keeps_body(problem, plane)
         and not any(loads.breaking(np.diag(mirror)) for loads in under)
         and all(task.objective.keeps(mirror.tolist(), axial.tolist()) for task in problem.task)
         and all(
             pressure.get(one, 0.0) == pressure.get(other, 0.0)
-            for one, other in _pairs(problem, mirror)
+            for one, other in _pairs(problem, plane)
             for pressure in applied
         )
     )
 
 
-def _pairs(problem: Problem, mirror: np.ndarray) -> Iterator[tuple[str, str]]:
+def _keeps_body(problem: Problem, plane: str) -> bool:
+    """Whether regions, sheets and fibres are their own images, and a half of the body can be meshed."""
+    if problem.solid is not None:
+        return keeps_solid(problem, problem.solid, plane)
+    return _keeps_regions(problem, plane) and _keeps_reinforcements(problem, plane)
+
+
+def _pairs(problem: Problem, plane: str) -> Iterator[tuple[str, str]]:
     """Chambers off the plane, each with its mirror image."""
+    if problem.solid is not None:
+        images = chamber_images(problem.solid, plane) or {}
+        yield from (pair for pair in images.items() if pair[0] != pair[1])
+        return
+    mirror = np.array(MIRRORS[plane])
     for one in problem.tubes.chamber:
         there = mirror[:2] * one.center
         if np.allclose(there, one.center):

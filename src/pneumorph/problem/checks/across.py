@@ -60,6 +60,12 @@ def _no_lattice(problem: Tables) -> Iterator[Fault]:
         yield "design", "is for bodies from files; give body.control_density in its place"
     if problem.limits.scaling is not None:
         yield "limits.scaling", "is for bodies from files; for tubes there are curvature, skew and stretch"
+    if problem.limits.bending is not None:
+        yield "limits.bending", "is for bodies from files; for tubes there is curvature"
+    if problem.limits.volume is not None:
+        yield "limits.volume", "is for bodies from files; for tubes leave it out"
+    if problem.limits.envelope is not None and problem.limits.envelope.triangles is not None:
+        yield "limits.envelope.file", "is for bodies from files; for tubes give a radius, a box or half-spaces"
 
 
 def _tasks(problem: Tables) -> Iterator[Fault]:

@@ -4,9 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from pneumorph.cad.parts import triangles_where
 from pneumorph.problem.reinforcement import EXTERIOR, Reinforcement
+from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
+
+
+def check_covers(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:
+    """Key and reason of everything that is wrong with the reinforcements on a body from a file."""
+    faces, names = body.outline, list[str]()
+    surfaces = [EXTERIOR, *(chamber.name for chamber in body.chamber)]
+    for table in ("membrane", "fibres"):
+        for index, each in enumerate(getattr(problem, table)):
+            key = f"{table}[{index}]"
+            if each.name in names:
+                yield f"{key}.name", f'"{each.name}" is used twice; give each membrane and all fibres different names'
+            names.append(each.name)
+            for part in ("span", "angles"):
+                if getattr(each, part) is not None:
+                    yield (
+                        f"{key}.{part}",
+                        'is for tubes; for a body from a file give on, e.g. on = [{ name = "floor" }]',
+                    )
+            for name in each.surfaces:
+                if name not in surfaces:
+                    yield f"{key}.surfaces", f'there is no surface "{name}"; the surfaces are {", ".join(surfaces)}'
+            for number, chosen in enumerate(each.on or ()):
+                if not len(triangles_where(faces, chosen.where)):
+                    yield f"{key}.on[{number}]", f"there is no face {chosen.where}; give it another place"
 
 
 def check_reinforcements(problem: Tables) -> Iterator[tuple[str, str]]:
@@ -21,6 +47,9 @@ def check_reinforcements(problem: Tables) -> Iterator[tuple[str, str]]:
             if each.name in names:
                 yield f"{key}.name", f'"{each.name}" is used twice; give each membrane and all fibres different names'
             names.append(each.name)
+            for part in ("on", "along"):
+                if getattr(each, part, None) is not None:
+                    yield f"{key}.{part}", "is for bodies from files; a tube has surfaces, span and angles"
             for name in each.surfaces:
                 if name == EXTERIOR and EXTERIOR in (chamber.name for chamber in body.chamber):
                     yield f"{key}.surfaces", f'"{EXTERIOR}" is a chamber too; give that another name'

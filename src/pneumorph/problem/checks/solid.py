@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from pneumorph.cad.parts import faces_where
-from pneumorph.cad.shells import asymmetry, place
+from pneumorph.cad.shells import SYMMETRIC, asymmetry, place
 from pneumorph.cad.solids import solids_at
 from pneumorph.errors import MeshError
+from pneumorph.problem.checks.reinforcement import check_covers
 from pneumorph.problem.contact import PlaneSpec
 from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.models import Limits
@@ -24,9 +25,6 @@ MAX_ELEMENTS, MAX_CONTROL_POINTS = 1_000_000, 100_000
 TURNS = (1, 2, 4)
 """Orders of a rotation that maps lattices along x, y and z to such."""
 
-SYMMETRIC = 3e-3
-"""How far an image of a symmetric body may be from it, relative to its diagonal: triangles of faces are not exact."""
-
 _FROM_BASE = 1e-3
 """How far base and tip of a body may be from the axis, and the base from z = 0, relative to its length, where an
 objective measures from the base along the axis."""
@@ -39,9 +37,7 @@ def check_solid(problem: Tables) -> Iterator[tuple[str, str]]:
     """Key and reason of everything that is wrong with a problem whose body is from a file."""
     body = problem.body
     assert isinstance(body, SolidSpec)
-    for key in ("membrane", "fibres"):
-        if getattr(problem, key):
-            yield f"{key}[0]", "is for tubes; a body from a file has no sheets and fibres"
+    yield from check_covers(problem, body)
     yield from _regions(problem, body)
     yield from _seals(problem, body)
     faces = body.outline
@@ -110,7 +106,7 @@ def _designed(problem: Tables, body: SolidSpec) -> Iterator[tuple[str, str]]:
         yield "body.symmetry.rotation", f"of a body from a file is one of {TURNS}; use one of these"
     else:
         for operation in operations(symmetry)[1:]:
-            away, where = asymmetry(faces, operation)
+            away, where = asymmetry(faces.points, faces.triangles, operation)
             if away > SYMMETRIC * faces.diagonal:
                 yield (
                     "body.symmetry",
