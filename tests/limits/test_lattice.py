@@ -105,9 +105,12 @@ def test_certificates_contain_dense_samples(block, seed, far):
     body = moved(space, seed, far)
     report = limits.certify(body)
     points = [dense(surface) for surface in body.surfaces]
-    wall = KDTree(points[1][0]).query(points[0][0])[0].min()
+    # The faces of the file may be nearer than the triangles: on the exterior all are plane, of the void one is round.
+    outer, inner = (np.repeat(margin, len(GRID)) for margin in limits.sampled(body).margins)
+    assert outer.max() == inner.min() == 0.0 < inner.max()
+    wall = (KDTree(points[0][0]).query(points[1][0])[0] - inner).min()
     assert report["wall"].value <= wall
-    assert report["wall"].attained == pytest.approx(wall - limits.margin, abs=0.02)
+    assert report["wall"].attained == pytest.approx(wall, abs=0.02)
     assert report["wall"].value == pytest.approx(report["wall"].attained, abs=0.02)
     radius = np.hypot(*points[0][0][:, :2].T).max()
     assert radius <= report["envelope"].value <= radius + 0.05
