@@ -99,10 +99,6 @@ def test_a_design_is_resumed(setup, events):
 def test_what_is_not_covered_is_refused(folder):
     with pytest.raises(ProblemError, match=r"optimizer\.method"):
         loads(problem("finger.step") + '\n[optimizer]\nmethod = "dfp"\n', folder=folder)
-    written(box((-6, -7, 0), (6, 7, 30)) - box((-3, -4, 3), (3, 4, 27)), folder / "finger.step")
-    region = '\n[[region]]\nname = "all"\ninside = ["5 mm", "0 mm", "9 mm"]\nmaterial = { name = "Hei-Cast 8400" }\n'
-    with pytest.raises(ProblemError, match=r"region\[0\]\.inside"):
-        build_setup(loads(problem("finger.step") + region, folder=folder))
 
 
 def test_a_body_with_a_port_is_designed_and_keeps_it(folder):
