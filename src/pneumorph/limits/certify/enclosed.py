@@ -39,6 +39,9 @@ class Accuracy:
         The same where attained values are within it, or beyond by no more than this.
     relative_gap : float
         The same far from the limit, relative to the distance from it.
+    scale : float
+        Where the bound is zero: gaps beyond it are no larger than `gap` up to here, and relative from here on. 0 if
+        there they may have any size.
     """
 
     bound: float
@@ -46,6 +49,7 @@ class Accuracy:
     gap: float
     decided: float
     relative_gap: float
+    scale: float = 0.0
 
     def enough(self, attained: float, elsewhere: float) -> float:
         """Upper bound that needs no refinement, given the worst values attained on this surface and elsewhere."""
@@ -54,7 +58,7 @@ class Accuracy:
 
     def close(self, attained: Floats) -> Floats:
         """The same for single cells with the worst `attained` values (n,)."""
-        near = attained + self.gap * np.clip(np.abs(attained) / max(abs(self.bound), 1e-9), 1.0, 1e12)
+        near = attained + self.gap * np.clip(np.abs(attained) / max(abs(self.bound), self.scale, 1e-9), 1.0, 1e12)
         decided = np.minimum(near, np.maximum(self.needed, attained + self.decided))
         return np.where(attained > self.needed + self.decided, near, decided)
 

@@ -7,7 +7,7 @@ within, so that faces may lie in the surface.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -146,7 +146,8 @@ class Spaces:
             def bounds(pieces: Pieces) -> tuple[Floats, Floats]:
                 return _enclosed(space, pieces)
 
-            tally.points(EXTERIOR, body.bounded(EXTERIOR, bounds, tally.accuracy, tally.worst))
+            accuracy = replace(tally.accuracy, scale=SPACE.scale(body.spec))
+            tally.points(EXTERIOR, body.bounded(EXTERIOR, bounds, accuracy, tally.worst))
 
     def shares(self, at: SampledLattices, number: int) -> Iterator[tuple[str, Floats]]:
         space = _space(at.spec)
@@ -193,13 +194,15 @@ def _enclosed(space: Space, pieces: Pieces) -> tuple[Floats, Floats]:
     centres, radii = balls(pieces.x)
     above = space.beyond(centres) + radii + pieces.error
     some = np.flatnonzero(above > 0.0)
+    x, error = pieces.x[some], pieces.error[some]
     motion = np.maximum(attained[some].max(axis=1) + TOUCHING, 0.0) + TOUCHING
-    moved = pieces.x[some] - (motion[:, None] * space.outward(centres[some]))[:, None]
-    inside = space.beyond(moved.mean(axis=1)) < -TOUCHING
-    error = pieces.error[some]
-    gap = motion + radii[some] + error
-    i, j = close_pairs(moved, space.corners, gap)
-    np.minimum.at(gap, i, distances(moved, space.corners, i, j, gap[i])[0])
-    within = np.where(inside & (gap > error), motion - TOUCHING - (gap - error), np.inf)
-    above[some] = np.minimum(above[some], within)
+    # The way in of the middle, and that of the corner that has the longest.
+    for start in (centres[some], x[np.arange(len(some)), attained[some].argmax(axis=1)]):
+        moved = x - (motion[:, None] * space.outward(start))[:, None]
+        inside = space.beyond(moved.mean(axis=1)) < -TOUCHING
+        gap = motion + radii[some] + error
+        i, j = close_pairs(moved, space.corners, gap)
+        np.minimum.at(gap, i, distances(moved, space.corners, i, j, gap[i])[0])
+        within = np.where(inside & (gap > error), motion - TOUCHING - (gap - error), np.inf)
+        above[some] = np.minimum(above[some], within)
     return np.maximum(above, attained.max(axis=1)), attained
