@@ -84,7 +84,10 @@ def _covered(faces: Faces, parts: Parts, cover: FaceCover, on: Choice) -> Covere
     within = np.linalg.norm(np.einsum("eqik,eqk->eqi", tangents, local), axis=2)
     if cover.directed and within.min(initial=1.0) < _ACROSS:
         where = place(faces.points[nodes[within.min(axis=1).argmin(), 0]])
-        raise MeshError(f'has a face at {where} that is normal to the direction of "{cover.name}"; give it along')
+        raise MeshError(
+            f'has a face at {where} that is normal to the direction of "{cover.name}"; choose other faces by on, or '
+            "another direction by along"
+        )
     local[within < _ACROSS] = (1.0, 0.0)
     count = len(nodes)
     places = np.broadcast_to(RULE, (count, *RULE.shape))
