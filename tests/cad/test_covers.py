@@ -87,7 +87,8 @@ material = { model = "neo-hookean", shear_modulus = "1 MPa", bulk_modulus = "9 M
 
 
 def test_sheets_and_fibres_limit_strain_on_their_side(folder):
-    # Both bend the body towards the covered side; fibres across it do so less.
+    # What keeps the floor from becoming longer bends the body towards it. Fibres across it bear the hoop stress that
+    # makes it shorter, so they bend the body away.
     bent = [
         starting_design(asked(folder, rest)).simulate({"A": "30 kPa"}).steps[0].rotation[1]
         for rest in (
@@ -104,7 +105,7 @@ def test_sheets_and_fibres_limit_strain_on_their_side(folder):
     plain, whole, half, weak, along, across, turned = (way * each for each in bent)
     assert plain < half < whole
     assert half == pytest.approx(weak, rel=1e-6)
-    assert plain < across + 0.2 * (along - plain) < along
+    assert across < plain < along
     assert turned == pytest.approx(along, rel=1e-3)
 
 
