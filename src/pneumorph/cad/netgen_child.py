@@ -111,7 +111,7 @@ def solids(
     triangles = elements["nodes"][:, [0, 1, 2, 5, 3, 4]].astype(np.int64) - 1
     points = np.array(mesh.Coordinates())
     in_cut = np.abs(points[:, list(cuts)]) <= _IN_PLANE * np.linalg.norm(upper - lower)
-    kept = ~in_cut[triangles].all(axis=1).any(axis=1)
+    kept = ~np.any(np.all(in_cut[triangles], axis=1), axis=1)
     return points, triangles[kept], face[kept], names, domains[face[kept]]
 
 

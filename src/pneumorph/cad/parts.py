@@ -102,7 +102,7 @@ def meeting_where(faces: Faces, where: Where) -> np.ndarray:
     """The triangles (k,) bool where solids meet that are in a plane or a box; they have no names."""
     if isinstance(where, Named):
         return np.zeros(len(faces.between), bool)
-    return where.holds(faces, FLAT * faces.diagonal)[faces.between].all(axis=1)
+    return np.all(where.holds(faces, FLAT * faces.diagonal)[faces.between], axis=1)
 
 
 @dataclass(frozen=True)

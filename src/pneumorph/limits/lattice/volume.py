@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.cad.shells import quarters
+from pneumorph.geometry.lattice.pieces import Pieces
 from pneumorph.limits.certify.enclosed import CellBounds
 from pneumorph.limits.certify.places import Pairs, Points
 from pneumorph.limits.certify.tally import Tally
@@ -68,15 +69,12 @@ class Volumes:
         if bound is None:
             return
         pieces = list(body.whole)
-        for level in range(LEVELS + 1):
-            volume = sum(_flat(each.x.reshape(-1, 3), np.arange(3 * len(each.x)).reshape(-1, 3))[0] for each in pieces)
-            error = sum(
-                float((each.error + margins[each.patch]) @ each.area)
-                for each, margins in zip(pieces, body.margins, strict=True)
-            )
-            if level == LEVELS or volume + error <= bound or error <= ENOUGH * bound:
+        volume, error = _enclosed(pieces, body.margins)
+        for _ in range(LEVELS):
+            if volume + error <= bound or error <= ENOUGH * bound:
                 break
             pieces = [surface.divided(each) for surface, each in zip(body.surfaces, pieces, strict=True)]
+            volume, error = _enclosed(pieces, body.margins)
         attained = sum(volume_within(each.shell()[0], each.patches)[0] for each in body.body.surfaces)
         middle = np.array([[0.0, 1.0 / 3.0, 1.0 / 3.0]])
         upper = np.array([max(volume + error, attained)])
@@ -88,6 +86,15 @@ class Volumes:
 
     def smooth(self, at: Any) -> dict[str, Any]:
         return {}
+
+
+def _enclosed(pieces: Sequence[Pieces], margins: Sequence[Floats]) -> tuple[float, float]:
+    """The volume within the flat triangles of the pieces of all surfaces, and a bound of its error, mm³."""
+    volume, error = 0.0, 0.0
+    for own, margin in zip(pieces, margins, strict=True):
+        volume += _flat(own.x.reshape(-1, 3), np.arange(3 * len(own.x)).reshape(-1, 3))[0]
+        error += float((own.error + margin[own.patch]) @ own.area)
+    return volume, error
 
 
 def volume_within(points: Floats, patches: Ints) -> tuple[float, Floats]:
