@@ -11,6 +11,7 @@ import yaml
 
 import pneumorph as pm
 from pneumorph.problem.contact import TriangulatedSpec
+from pneumorph.problem.envelope import Envelope
 from pneumorph.problem.objectives import Custom
 from pneumorph.problem.schema import json_schema
 from pneumorph.problem.solid import SolidSpec
@@ -61,7 +62,7 @@ def test_reference_lists_every_key():
         rows = sections["" if table is pm.Problem else table.__name__.lower()]
         assert list(rows) == [
             *table.model_fields,
-            *(["file"] if table in (Custom, TriangulatedSpec, SolidSpec) else []),
+            *(["file"] if table in (Custom, Envelope, TriangulatedSpec, SolidSpec) else []),
         ], table
         for key, field in table.model_fields.items():
             _, value, _, default, meaning = rows[key]
