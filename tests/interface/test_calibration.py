@@ -35,6 +35,23 @@ def test_the_command_writes_a_problem_that_shows_the_measured_curve(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("text", "fit", "word"),
+    [
+        ("pressure (kPa), stretch\n0,0\n1,1\n2,2\n", "modulus", "needs titles"),
+        ("pressure A (kPa), extension (mm)\n0,0\n1,1\n", "modulus", "has 2 points"),
+        ("pressure A (kPa), extension (mm)\n0,0\n1,1\n2,2\n", "colour", "--fit"),
+    ],
+)
+def test_a_bad_curve_is_refused_before_the_body_is_read(tmp_path, monkeypatch, text, fit, word):
+    source, curve = tmp_path / "tube.toml", tmp_path / "curve.csv"
+    source.write_text(problem_text(TASK))
+    curve.write_text(text)
+    monkeypatch.setattr("pneumorph.cli.calibrate.design_of", None)
+    done = CliRunner().invoke(app, ["calibrate", str(source), "--measured", str(curve), "--fit", fit])
+    assert done.exit_code == 2 and word in done.stderr and done.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("name", list(library()))
 def test_all_moduli_of_a_rubber_are_scaled(name):
     problem = loads(problem_text(TASK)).model_copy(update={"material": elastomer(name)})

@@ -9,6 +9,8 @@ from pneumorph import atomic
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ProblemError
+from pneumorph.interface.calibration import require_parameters
+from pneumorph.problem.measured import read_measured
 
 
 def calibrate(
@@ -43,6 +45,9 @@ def calibrate(
     if out is not None and not out.parent.is_dir():
         raise ProblemError(f"--out: there is no folder {out.parent}; make it first")
     names = [name.strip() for name in fit.split(",") if name.strip()]
+    # Before the body is read and made, which takes longer.
+    require_parameters(names)
+    read_measured(measured)
     fitted = design_of(source, number, asking(trust)).calibrate(measured, names, task)
     print(fitted)
     if out is not None:

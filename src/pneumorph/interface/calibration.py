@@ -75,11 +75,7 @@ def calibrated(
     ComputationError
         If a state is not found, or the curve does not determine what is fitted.
     """
-    for name in names:
-        if name not in PARAMETERS:
-            raise ProblemError(f'--fit: "{name}" cannot be fitted; use {", ".join(PARAMETERS)}')
-    if not names or len(set(names)) < len(names):
-        raise ProblemError(f"--fit: give each of {', '.join(PARAMETERS)} at most once, and at least one")
+    require_parameters(names)
     chambers = [each.name for each in problem.body.chamber]
     measured = read_measured(path, chambers)
     count = len(measured.values)
@@ -87,6 +83,15 @@ def calibrated(
     curve = Curve(np.column_stack(columns), measured.motion, measured.values)
     fit = calibrate(problem, body, task, curve, names)
     return CalibratedDesign(with_moduli(problem, fit.factor), measured, fit)
+
+
+def require_parameters(names: Sequence[str]) -> None:
+    """Refuse names that are not those of `PARAMETERS`, each at most once and at least one."""
+    for name in names:
+        if name not in PARAMETERS:
+            raise ProblemError(f'--fit: "{name}" cannot be fitted; use {", ".join(PARAMETERS)}')
+    if not names or len(set(names)) < len(names):
+        raise ProblemError(f"--fit: give each of {', '.join(PARAMETERS)} at most once, and at least one")
 
 
 def with_moduli(problem: Problem, factor: float) -> Problem:

@@ -65,8 +65,6 @@ def shortfalls(setup: Setup, disc: Discretisation, analysis: Analysis, states: S
         values = kind.values(disc, analysis, of)
         if not values:
             continue
-        if not values:
-            continue
         task, value = max(values.items(), key=lambda each: limit.excess(each[1], of.bound))
         own = [row for row, each in enumerate(states.limits) if each == limit]
         if limit.satisfied(value, of.bound) or not own:

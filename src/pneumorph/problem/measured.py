@@ -44,13 +44,14 @@ class Measured:
     values: np.ndarray
 
 
-def read_measured(path: Path, chambers: Sequence[str]) -> Measured:
+def read_measured(path: Path, chambers: Sequence[str] | None = None) -> Measured:
     """Read a curve from a text file with a line of titles, such as those of `EXAMPLE`.
 
     Parameters
     ----------
     path : the file.
-    chambers : names; a column "pressure" is that of all of them.
+    chambers : names; a column "pressure" is that of all of them. Without them, as long as they are not known, a column
+        of the pressure of a chamber is taken for that of one.
 
     Raises
     ------
@@ -65,8 +66,10 @@ def read_measured(path: Path, chambers: Sequence[str]) -> Measured:
         name, unit = (match["name"].strip(), match["in"] or match["tail"] or "") if match else (title, "")
         plain = re.sub(r"[\s_]+", "_", name.lower())
         if plain == "pressure" or plain.startswith("pressure_"):
-            of = [each for each in chambers if plain in ("pressure", f"pressure_{each.lower()}")]
-            if not of:
+            of = [each for each in chambers or () if plain in ("pressure", f"pressure_{each.lower()}")]
+            if chambers is None:
+                of = [plain]
+            elif not of:
                 raise ProblemError(f'{path}: "{title}": there is no such chamber; there are {", ".join(chambers)}')
             pressures |= dict.fromkeys(of, _in(path, title, unit, PRESSURE) * np.array(table.numbers(column)))
         elif plain in MOTIONS:
