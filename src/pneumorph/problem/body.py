@@ -1,7 +1,9 @@
 """The table [body] of a body of tubes: its sizes, symmetry and chambers at the start."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, GetJsonSchemaHandler, Strict, TypeAdapter, ValidationError, model_validator
@@ -179,8 +181,17 @@ class ChamberSpec(_Tube):
         return self.model_copy(update={"center": (x, y), "span": (start, end), "radius": radius})
 
 
+DOMED = (
+    "the exterior of a tube has flat ends, for the base and the plate; for a closed dome use a body from a file, "
+    "as pneumorph new NAME --kind dome writes one"
+)
+"""Said of keys that ask for other ends of the exterior."""
+
+
 class BodySpec(_Tube):
     """The starting body: a tube with chambers in it, whose base is at z = 0; control_density in 1/mm."""
+
+    instead: ClassVar[Mapping[str, str]] = MappingProxyType({"end": DOMED, "ends": DOMED})
 
     length: PositiveLength
     """Length of the body along its axis, constant in all designs; leave it out where there is an axis."""

@@ -1,10 +1,11 @@
 """Base of all tables of a problem file: quantities with units, and refusal of unknown and missing keys."""
 
 import difflib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any, ClassVar, Literal
 
 from pydantic import (
     BaseModel,
@@ -108,6 +109,9 @@ class Table(BaseModel):
         use_attribute_docstrings=True,
     )
 
+    instead: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """What to use in place of keys that a table does not have, though one may look for them there."""
+
     @model_validator(mode="before")
     @classmethod
     def _known_and_complete(cls, data: Any, info: ValidationInfo) -> Any:
@@ -124,6 +128,9 @@ class Table(BaseModel):
             return InitErrorDetails(type="value_error", loc=(), input=None, ctx={"error": error})
 
         for key in islice((key for key in data if key not in cls.model_fields), MOST_UNKNOWN):
+            if key in cls.instead:
+                yield fault(key, cls.instead[key])
+                continue
             near = difflib.get_close_matches(short(key), cls.model_fields, n=1)
             yield fault(
                 key,
