@@ -7,9 +7,12 @@ from solids import cylinder, problem, written
 from pneumorph.analysis.bodies import mesh_of
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
+from pneumorph.mechanics.assembly.potential import total
 from pneumorph.mechanics.assembly.volumes import volume_parts, volumes_of
 from pneumorph.mechanics.elements import sums
 from pneumorph.mechanics.setup import model_of
+from pneumorph.mechanics.solve.equilibrium import build_loads, configure
+from pneumorph.mechanics.solve.forces import contact_forces
 from pneumorph.problem import loads
 
 CUP = """
@@ -85,6 +88,25 @@ def test_a_cap_presses_on_the_rim(cup):
         for measure, part, given in volume_parts(model, None)
     )
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-8)
+
+
+def test_the_pull_is_what_moves_the_plane(cup):
+    """It is the derivative of the potential by how far the plane is from the body."""
+    _, mesh, model = cup
+
+    def at(z):
+        return configure(model, mesh.points, build_loads(model, {"A": -0.02}, moves={"plate": (0.0, 0.0, z)}))
+
+    def energy(z):
+        return total(model.potential, mesh.points, model.state(np.zeros(model.size)), at(z).loads)
+
+    there = at(-0.95)
+    touched = contact_forces(there, model.state(np.zeros(model.size)))
+    step = 1e-5
+    slope = (energy(-0.95 + step) - energy(-0.95 - step)) / (2.0 * step)
+    assert touched.normal["plate"] > 0.1
+    assert touched.pull["plate"] == pytest.approx(slope, rel=1e-6)
+    assert touched.pull["plate"] + touched.normal["plate"] == pytest.approx(0.02 * np.pi * 36.0, rel=2e-3)
 
 
 @pytest.mark.parametrize("seal", ['seal = "table"', "seal = 3"])

@@ -367,7 +367,7 @@ def step_of(
             holds=_holds(at),
         )
     motion = measure_features(at.model, at.X, answer.state, shift=np.asarray(at.loads.shift))
-    touched = contact_forces(at, answer.state)
+    touched = contact_forces(settled(at, answer), answer.state)
     translations, rotations = poses_of(at.model, motion)
     return SweepStep(
         task=task,
@@ -383,6 +383,7 @@ def step_of(
         contact={name: vector(force) for name, force in touched.on.items()},
         contact_normal=touched.normal,
         contact_area=touched.area,
+        pull=touched.pull,
         self_contact=touched.own,
         pose_translations=translations,
         pose_rotations=rotations,

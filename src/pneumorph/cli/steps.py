@@ -88,6 +88,7 @@ def found(step: SweepStep, task: Task) -> list[Cell]:
     for name, force in step.contact.items():
         cells += _vector(f"on {name} ", force, 4, "N")
         cells.append(Cell(f"on {name} mm²", f"{step.contact_area[name]:.3g}"))
+    cells += [Cell(f"pull on {name} N", f"{force:.4g}") for name, force in step.pull.items()]
     for name, by in step.pose_translations.items():
         turned = np.degrees(step.pose_rotations[name])
         cells += [*_vector(f"{name} moved ", by, 3, "mm"), *_vector(f"{name} turned ", turned, 2, "°")]
@@ -100,13 +101,20 @@ def remarks(step: SweepStep) -> list[str]:
     """What is to be known of a state besides its numbers."""
     said = ["beyond the range of the rubber's parameters"] if step.beyond_validity else []
     said += [f"buckled at {format_pressures(step.buckled)}"] if step.buckled else []
+    said += [f"does not touch {name}: a real cup leaks" for name in step.pull if _leaks(step, name)]
     said += [] if step.stable else ["not stable: the body would buckle"]
     return said + ([SELF_INTERSECTS] if step.self_intersecting else [])
 
 
 def is_doubtful(step: SweepStep) -> bool:
     """Whether no real body may be in this state, or its rubber be known there."""
-    return step.beyond_validity or not step.stable or step.self_intersecting
+    leaks = any(_leaks(step, name) for name in step.pull)
+    return step.beyond_validity or not step.stable or step.self_intersecting or leaks
+
+
+def _leaks(step: SweepStep, obstacle: str) -> bool:
+    """Whether the rim of a chamber does not touch what closes it."""
+    return step.contact_normal[obstacle] < LEAST
 
 
 def _vector(before: str, parts: Iterable[float], digits: int, unit: str) -> list[Cell]:

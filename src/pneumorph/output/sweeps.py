@@ -42,6 +42,7 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     header += [f"contact_{name}_{axis}_N" for name in touched(curves) for axis in AXES]
     header += [f"contact_normal_{name}_N" for name in touched(curves)]
     header += [f"contact_area_{name}_mm2" for name in touched(curves)]
+    header += [f"pull_{name}_N" for name in pulled(curves)]
     header += [f"pose_{name}_{axis}_mm" for name in _free(curves) for axis in AXES]
     header += [f"pose_{name}_turn_{axis}_deg" for name in _free(curves) for axis in AXES]
     header += ["self_contact_N"] if _touches_itself(curves) else []
@@ -62,6 +63,11 @@ def _errors(curves: Sequence[Curve]) -> list[str]:
 def touched(curves: Sequence[Curve]) -> list[str]:
     """The obstacles of a problem, in its order."""
     return list(dict.fromkeys(name for curve in curves for step in curve.found for name in step.contact))
+
+
+def pulled(curves: Sequence[Curve]) -> list[str]:
+    """The obstacles that close chambers."""
+    return list(dict.fromkeys(name for curve in curves for step in curve.found for name in step.pull))
 
 
 def _moved(curves: Sequence[Curve]) -> list[str]:
@@ -104,6 +110,7 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], cur
         *(part for name in obstacles for part in step.contact.get(name, (nan,) * 3)),
         *(step.contact_normal.get(name, nan) for name in obstacles),
         *(step.contact_area.get(name, nan) for name in obstacles),
+        *(step.pull.get(name, nan) for name in pulled(curves)),
         *(part for name in _free(curves) for part in step.pose_translations.get(name, (nan,) * 3)),
         *(degrees(part) for name in _free(curves) for part in step.pose_rotations.get(name, (nan,) * 3)),
         *([step.self_contact if step.converged else nan] if _touches_itself(curves) else []),

@@ -21,7 +21,16 @@ LARGEST = 1e100
 
 Record = TypeVar("Record", bound="DataclassInstance")
 
-RARE = ("region_stretches", "reinforcements", "self_intersecting", "buckled_MPa", "holds", "limit_MPa", "gas_mm3")
+RARE = (
+    "region_stretches",
+    "reinforcements",
+    "self_intersecting",
+    "buckled_MPa",
+    "holds",
+    "limit_MPa",
+    "gas_mm3",
+    "pull_N",
+)
 """Keys that are left out of files where they are empty."""
 
 

@@ -280,6 +280,9 @@ class SweepStep:
         Displacements of the obstacles that are displaced.
     turns : {obstacle: (3,) rad}
         Rotation vectors of the obstacles that are turned.
+    pull : {obstacle: N}
+        Of obstacles that close chambers: with what they must be pulled from the body, along their normals, to be where
+        they are. It is the force of the vacuum on them less that of the rim.
     self_contact : float
         Sum of the forces with which the body's surface presses on itself.
     self_intersecting : bool
@@ -314,6 +317,7 @@ class SweepStep:
     contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
     pose_translations: Mapping[str, Vector] = field(metadata={"key": "pose_mm"}, default_factory=dict)
     pose_rotations: Mapping[str, Vector] = field(metadata={"key": "pose_rad"}, default_factory=dict)
+    pull: Mapping[str, float] = field(metadata={"key": "pull_N"}, default_factory=dict)
     self_contact: float = field(metadata={"key": "self_contact_N"}, default=0.0)
     moves: Mapping[str, Vector] = field(metadata={"key": "move_mm"}, default_factory=dict)
     turns: Mapping[str, Vector] = field(metadata={"key": "turn_rad"}, default_factory=dict)
