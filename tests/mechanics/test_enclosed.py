@@ -18,7 +18,8 @@ from pneumorph.mechanics import (
     solve,
 )
 from pneumorph.mechanics.assembly.enclosed import Enclosed
-from pneumorph.mechanics.solve.filled import Filled, fill, negative_motions
+from pneumorph.mechanics.solve.border import negative_motions
+from pneumorph.mechanics.solve.filled import Filled, fill
 from pneumorph.objective import Objective
 from pneumorph.sensitivity import gradient, taylor_test
 from pneumorph.verify.incompressible import sphere_pressure

@@ -12,7 +12,7 @@ from pneumorph.analysis.analyse import Analysis, Discretisation
 from pneumorph.doing import doing
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Tangent, limit_ahead
-from pneumorph.mechanics.solve.filled import given_pressures
+from pneumorph.mechanics.solve.border import given_pressures
 from pneumorph.sensitivity import BEYOND, Margin, find_margin, margin_slope
 
 NEAR = 1.1

@@ -13,6 +13,7 @@ from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.material.rubber import Rubber, neo_hookean_rubber
 from pneumorph.mechanics.setup import enclosed_of, guided_of, loads_of, model_of, rubber_of, rubbers_of
 from pneumorph.mechanics.solve.ahead import limit_ahead
+from pneumorph.mechanics.solve.border import negative_motions
 from pneumorph.mechanics.solve.equilibrium import (
     TOLERANCE,
     Equilibrium,
@@ -22,7 +23,6 @@ from pneumorph.mechanics.solve.equilibrium import (
     rest,
     settled,
 )
-from pneumorph.mechanics.solve.filled import negative_motions
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction_sweep import sweep_with_friction
 from pneumorph.mechanics.solve.lateral import Softest, lateral_models, masses_of, softest

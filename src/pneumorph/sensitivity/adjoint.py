@@ -17,7 +17,7 @@ from pneumorph.mechanics.assembly.enclosed import volume_slopes
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.solve.filled import border_at
+from pneumorph.mechanics.solve.border import border_at
 from pneumorph.objective import Objective
 
 

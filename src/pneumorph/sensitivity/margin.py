@@ -17,7 +17,7 @@ import numpy as np
 
 from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, State, Tangent, follow
 from pneumorph.mechanics.assembly import products
-from pneumorph.mechanics.solve.filled import border_at, given_pressures
+from pneumorph.mechanics.solve.border import border_at, given_pressures
 from pneumorph.sensitivity.adjoint import by_known, volumes_by_shape
 
 BEYOND = 1.25

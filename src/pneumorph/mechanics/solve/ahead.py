@@ -22,7 +22,7 @@ from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State, deformation_gradients
 from pneumorph.mechanics.solve.balance import places, residual_at, supported
-from pneumorph.mechanics.solve.filled import border_at, given_pressures, missing_volumes
+from pneumorph.mechanics.solve.border import border_at, given_pressures, missing_volumes
 from pneumorph.mechanics.solve.prediction import ENOUGH
 
 STEP = 1e-5

@@ -18,7 +18,7 @@ from pneumorph.mechanics.contact.pose import pose_of
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.balance import evaluate, largest_stretches
-from pneumorph.mechanics.solve.filled import negative_motions, with_pressures
+from pneumorph.mechanics.solve.border import negative_motions, with_pressures
 
 TOLERANCE = 1e-9
 """Relative residual, over the norm of the applied forces, at which a state counts as an equilibrium."""

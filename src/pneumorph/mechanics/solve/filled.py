@@ -17,7 +17,7 @@ import numpy as np
 
 from pneumorph.doing import doing
 from pneumorph.mechanics.assembly.displacement import displacement
-from pneumorph.mechanics.assembly.enclosed import Enclosed, volume_slopes, volumes_of
+from pneumorph.mechanics.assembly.enclosed import Enclosed, volumes_of
 from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.metrics import Metrics, metrics_after
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
@@ -33,8 +33,8 @@ from pneumorph.mechanics.solve.balance import (
     residual_at,
     residual_rounding,
     smallest_ratio,
-    supported,
 )
+from pneumorph.mechanics.solve.border import border_at, enclosed_in, pushes, with_pressures
 from pneumorph.mechanics.solve.saddle import Iterate, metrics_along_step, reduced_with
 
 FIRST, SMALLEST, GROWTH = 1 / 8, 1 / 2048, 1.5
@@ -67,13 +67,6 @@ class Filled:
     @property
     def state(self) -> State:
         return self.at.model.state(self.vector)
-
-
-def with_pressures(at: Configuration, given: Enclosed, pressure: np.ndarray) -> Configuration:
-    """The configuration where enclosed chambers have these pressures (k,) in MPa."""
-    every = np.array(at.loads.pressure, dtype=float)
-    every[given.rows(at.model)] = pressure
-    return replace(at, loads=at.loads._replace(pressure=every))
 
 
 def fill(
@@ -119,7 +112,7 @@ def _filled(
     far: Callable[[str], None],
 ) -> Filled | str:
     """`fill`; `far` is told how far it has come."""
-    own, before = _enclosed(at), _enclosed(begin)
+    own, before = enclosed_in(at), enclosed_in(begin)
     rows, step, reached = own.rows(at.model), first, 0.0
     last = Filled(begin, at.model.vector(state), 0.0)
     ahead: tuple[np.ndarray, np.ndarray] | None = None
@@ -173,7 +166,7 @@ def _by_pressures(
     tolerance : relative residual of the states.
     search : which finds them.
     """
-    model, given, previous = at.model, _enclosed(at), np.inf
+    model, given, previous = at.model, enclosed_in(at), np.inf
     rows, copies = given.rows(model), model.copies
     for _ in range(MOST_PRESSURES):
         there = with_pressures(at, given, pressure)
@@ -203,12 +196,12 @@ def _by_pressures(
 
 def nearest_pressure(at: Configuration, state: State) -> np.ndarray:
     """The pressures (k,) of the enclosed chambers that balance a state best; of a gas, that of its volume."""
-    model, given = at.model, _enclosed(at)
+    model, given = at.model, enclosed_in(at)
     rows = given.rows(model)
     rest, now = (volumes_of(model, at.X, each)[rows] for each in (model.state(np.zeros(model.size)), state))
     pressure = np.where(given.gas, given.pressures(rest, now), 0.0)
     known, liquid = with_pressures(at, given, pressure), ~given.gas
-    push = _pushes(at, given, state)[:, liquid]
+    push = pushes(at, given, state)[:, liquid]
     # R = 0 in the least squares.
     pressure[liquid] = np.linalg.lstsq(push, residual_at(known, model.vector(state)), rcond=None)[0]
     return pressure
@@ -219,11 +212,6 @@ def pressure_of(found: Filled, rows: np.ndarray) -> np.ndarray:
     return np.asarray(found.at.loads.pressure)[rows]
 
 
-def _enclosed(at: Configuration) -> Enclosed:
-    assert at.enclosed is not None
-    return at.enclosed
-
-
 def _corrected(
     at: Configuration, tangent: Tangent, last: Filled, vector: np.ndarray, pressure: np.ndarray, tolerance: float
 ) -> Filled | Literal["meeting"] | None:
@@ -231,7 +219,7 @@ def _corrected(
 
     `MEETING` where they would lead through surfaces.
     """
-    model, given = at.model, _enclosed(at)
+    model, given = at.model, enclosed_in(at)
     rows, copies = given.rows(model), model.copies
     rest = copies * volumes_of(model, at.X, model.state(np.zeros(model.size)))[rows]
     vector, previous, fresh = held(at, vector), np.inf, False
@@ -288,87 +276,10 @@ def _bordered(
     short: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """dx and dp of the bordered system, with the last factorisation."""
-    push = _pushes(at, given, state)
+    push = pushes(at, given, state)
     solved = tangent.precondition(np.column_stack([-residual, push]))
     solved = np.where(at.constrained[:, None], 0.0, solved)
     still, along = solved[:, 0], solved[:, 1:]
     slopes = given.slopes(rest, pressure) / at.model.copies
     rise = np.linalg.solve(push.T @ along - np.diag(slopes), short - push.T @ still)
     return still + along @ rise, rise
-
-
-def _pushes(at: Configuration, given: Enclosed, state: State) -> np.ndarray:
-    """f (n, k) of what is meshed: by the unknowns, zero where they are constrained."""
-    by = volume_slopes(at.model, at.X, state)[1][given.rows(at.model)]
-    return np.array([supported(at, each) for each in by]).reshape(len(given.chambers), -1).T
-
-
-@dataclass(frozen=True, eq=False)
-class Border:
-    """The border of the tangent at an equilibrium: K⁻¹f (n, k), S (k, k) and V₀ (k,) in mm³."""
-
-    along: np.ndarray
-    schur: np.ndarray
-    rest: np.ndarray
-    push: np.ndarray
-
-    def solution(self, x: np.ndarray, below: np.ndarray | float = 0.0) -> np.ndarray:
-        """x and q (n + k,) with K x − f q = a and −fᵀx + v′q = b, from K⁻¹a (n,) and b (k,)."""
-        q = np.linalg.solve(self.schur, below + self.push.T @ x)
-        return np.concatenate([x + self.along @ q, q])
-
-
-def given_pressures(at: Configuration) -> np.ndarray:
-    """The pressures (C,) in MPa of the chambers that have a given one; 0 of the others."""
-    pressure = np.array(at.loads.pressure, dtype=float)
-    if at.enclosed is not None:
-        pressure[at.enclosed.rows(at.model)] = 0.0
-    return pressure
-
-
-def volume_at_rest(at: Configuration) -> float:
-    """The largest volume at rest of the enclosed chambers, as far as they are meshed, mm³; 0 without any."""
-    if at.enclosed is None:
-        return 0.0
-    rows = at.enclosed.rows(at.model)
-    return float(volumes_of(at.model, at.X, at.model.state(np.zeros(at.model.size)))[rows].max())
-
-
-def missing_volumes(at: Configuration, state: State) -> np.ndarray:
-    """v − V (k,) in mm³ of what is meshed, at the pressures of a configuration with enclosed chambers."""
-    model, given = at.model, _enclosed(at)
-    rows = given.rows(model)
-    rest, now = (volumes_of(model, at.X, each)[rows] for each in (model.state(np.zeros(model.size)), state))
-    return given.volumes(model.copies * rest, np.asarray(at.loads.pressure)[rows]) / model.copies - now
-
-
-def border_at(at: Configuration, tangent: Tangent, state: State, last: bool = False) -> Border:
-    """The border at an equilibrium, of which the tangent is factorised if it is not yet.
-
-    Parameters
-    ----------
-    at : Configuration
-        With enclosed chambers and their pressures.
-    tangent : Tangent
-        The linear solver of its model.
-    state : State
-        The equilibrium.
-    last : bool
-        Whether the last factorisation takes the place of the tangent.
-    """
-    model, given = at.model, _enclosed(at)
-    rows, push = given.rows(model), _pushes(at, given, state)
-    rest = model.copies * volumes_of(model, at.X, model.state(np.zeros(model.size)))[rows]
-    along = np.where(at.constrained[:, None], 0.0, tangent.precondition(push)) if last else None
-    along = tangent.solve_at(at, state, push) if along is None else along
-    slopes = given.slopes(rest, np.asarray(at.loads.pressure)[rows]) / model.copies
-    return Border(along, np.diag(slopes) - push.T @ along, rest, push)
-
-
-def negative_motions(at: Configuration, tangent: Tangent, state: State) -> int:
-    """Negative pivots of the tangent with what enclosed chambers add to it, see `assembly/enclosed.py`."""
-    pivots = tangent.pivots_at(at, state)
-    if at.enclosed is None:
-        return pivots
-    schur = border_at(at, tangent, state).schur
-    return pivots + int(np.count_nonzero(np.linalg.eigvalsh(schur) < 0.0)) - len(schur)

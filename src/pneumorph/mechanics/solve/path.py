@@ -38,15 +38,9 @@ from pneumorph.mechanics.solve.balance import (
     smallest_ratio,
     supported,
 )
+from pneumorph.mechanics.solve.border import border_at, given_pressures, missing_volumes, volume_at_rest, with_pressures
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, in_words, read_off, settled
-from pneumorph.mechanics.solve.filled import (
-    EXACT_VOLUME,
-    border_at,
-    given_pressures,
-    missing_volumes,
-    volume_at_rest,
-    with_pressures,
-)
+from pneumorph.mechanics.solve.filled import EXACT_VOLUME
 from pneumorph.mechanics.solve.saddle import Iterate, metrics_along_step, reduced_with
 from pneumorph.mechanics.solve.search import solve
 

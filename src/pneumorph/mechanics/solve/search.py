@@ -25,9 +25,10 @@ from pneumorph.mechanics.solve.balance import (
     relative_residual,
     unloaded,
 )
+from pneumorph.mechanics.solve.border import with_pressures
 from pneumorph.mechanics.solve.descent import ROUGH, minimise
 from pneumorph.mechanics.solve.equilibrium import TOLERANCE, Equilibrium, NoEquilibrium, in_words, read_off, rest
-from pneumorph.mechanics.solve.filled import Filled, fill, nearest_pressure, pressure_of, with_pressures
+from pneumorph.mechanics.solve.filled import Filled, fill, nearest_pressure, pressure_of
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
 from pneumorph.mechanics.solve.prediction import guess_after, predict_change

@@ -16,7 +16,7 @@ from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.solve.filled import negative_motions
+from pneumorph.mechanics.solve.border import negative_motions
 from pneumorph.mesh import TetMesh, Unfolded, unfold
 
 
