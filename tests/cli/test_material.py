@@ -157,6 +157,8 @@ def test_a_modulus_that_no_rubber_has_is_doubted(run, tmp_path):
     file.write_text(f"stretch, nominal stress (MPa)\n{points}\n")
     output = run("material", "fit", str(file), "--model", "neo-hookean", "--out", str(tmp_path / "fit")).output
     assert "500 MPa is not that of a rubber" in output
+    assert "no [material] is written: the initial shear modulus of neo-hookean is 500 MPa" in output
+    assert "without a positive" not in output and "use one of" not in output
 
 
 def test_stiff_rubbers_are_fitted_too(run, tmp_path):

@@ -20,6 +20,7 @@ from pneumorph.mechanics.material.fit import TensionTest, material_keys
 from pneumorph.mechanics.material.homogeneous import shear_modulus
 from pneumorph.mechanics.material.judge import Fit, faults, fit_all, reports
 from pneumorph.problem.material import MODELS, Material
+from pneumorph.problem.stiffness import no_rubber
 from pneumorph.problem.tension import FEWEST, Reading, read_tension
 
 if TYPE_CHECKING:
@@ -185,7 +186,10 @@ class MaterialFit:
                 f"{best.form.label} fits badly, R² {best.r2:.3g}, below {self.least_r2:g}; look at fit.png, leave out "
                 "what does not belong to the first loading (max_stretch, skip), or accept it by least_r2 (--least-r2)"
             )
-        had = [one.form.label for one in self.fits if one.is_acceptable]
+        shear = shear_modulus(best.form.energy, best.parameters)
+        if best.is_acceptable and shear > 0.0 and (reason := no_rubber(3.0 * shear)):
+            return f"the initial shear modulus of {best.form.label} is {shear:.3g} MPa, {reason}"
+        had = [one.form.label for one in self.fits[1:] if one.is_acceptable]
         if had:
             instead = f"use one of {', '.join(had)}"
         elif len({one.form.model for one in self.fits}) == 1:

@@ -36,7 +36,7 @@ def first_loadings(stretch: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray,
         if stretch[pull[top:]].min() < 1.0 + UNLOADED * (stretch[pull[top]] - 1.0):
             kept[pull[top + 1 :]] = False
             count = len(pull) - top - 1
-            told.append(f"unloading after a stretch of {stretch[pull[top]]:.4g}: {count} points left out")
+            told.append(f"unloading after a stretch of {stretch[pull[top]]:.4g}: {_points(count)} left out")
         loading = pull[: top + 1]
         before, after = stress[loading[:-1]], stress[loading[1:]]
         falls = (after < (1.0 - DROP) * before) & (before > NOISE * stress.max()) & (np.diff(stretch[loading]) >= 0.0)
@@ -48,6 +48,10 @@ def first_loadings(stretch: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray,
             told.append(
                 f"the stress falls from {before[first]:.3g} to {after[first]:.3g} MPa at a stretch of "
                 f"{stretch[loading[first]]:.4g}, as where the specimen {what}: "
-                f"{len(loading) - first - 1} points from there on left out"
+                f"{_points(len(loading) - first - 1)} from there on left out"
             )
     return kept, told
+
+
+def _points(count: int) -> str:
+    return "1 point" if count == 1 else f"{count} points"
