@@ -541,7 +541,7 @@ def spoiled(folder: Path, how: str) -> str:
         )
         if (found.returncode, found.stdout[:2]) != (0, "42"):
             raise Succeeded(f"it ends with status {found.returncode} and says {found.stderr[-200:]!r}")
-        for each in [each for each in folder.rglob("*.nb?")]:
+        for each in [each for each in folder.rglob("*.nb?") if each.is_file()]:
             SPOILED[how](each)
     return HARMLESS
 

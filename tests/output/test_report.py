@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from pneumorph.limits.table import BY_NAME
 from pneumorph.mesh.tube import mesh_body
 from pneumorph.output.packed import Steps, in_parts, in_steps, pack, unpack
 from pneumorph.output.report import facts_and_shapes, page_of, write_report
+from pneumorph.output.report_data import facts_of
 from pneumorph.output.report_limits import MOST, packed_usage
 from pneumorph.output.report_shapes import packed_states
 from pneumorph.problem import load, loads
@@ -101,6 +103,14 @@ def test_what_the_page_has_is_what_is_stored(run, fields):
     assert nearest.min(axis=1).max() < 1e-3
     np.testing.assert_allclose(moved, fields.u["extend"][fields.skin][nearest.argmin(axis=1)], atol=1e-4)
     assert arrays[f"stretch {last}"].max() == pytest.approx(fields.stretch["extend"][fields.skin].max(), abs=1e-3)
+
+
+def test_limits_are_shown_without_rounding_errors(run):
+    *before, last = run.history()
+    key = next(iter(last.limits))
+    last = replace(last, limits={**last.limits, key: 6.4e-11})
+    shown = facts_of(run, [*before, last])["history"][-1]["limits"]
+    assert shown == {**last.limits, key: 0.0}
 
 
 def test_shares_of_limits_agree_with_the_certificate(run, problem):

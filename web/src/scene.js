@@ -16,7 +16,8 @@ function rendererOf(canvas) {
 }
 
 const TURN = Math.PI / 24; // of a key
-const [FREE, FREE_SMALL] = [[50, 70, 40], [10, 30, 10]]; // pixels above, below and beside
+// Pixels above, below and beside; below is the legend, which is higher where the picture is narrow.
+const [FREE, FREE_NARROW, FREE_SMALL, NARROW] = [[50, 96, 40], [50, 112, 40], [10, 30, 10], 500];
 
 export class View {
   drawn; // called after every picture
@@ -140,7 +141,7 @@ export class View {
       high = Math.max(high, Math.abs(point.dot(up)));
     }
     // Millimetres to a pixel, with room for what is drawn over the picture.
-    const [above, below, beside] = this.small ? FREE_SMALL : FREE;
+    const [above, below, beside] = this.small ? FREE_SMALL : width < NARROW ? FREE_NARROW : FREE;
     const pixel = Math.max((2 * high) / Math.max(height - above - below, 50), (2 * across) / Math.max(width - 2 * beside, 50));
     const [half, shift] = [(pixel * height) / 2, (pixel * (above - below)) / 2];
     const wide = (pixel * width) / 2;

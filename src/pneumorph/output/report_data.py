@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import pneumorph
+from pneumorph.limits.report import without_rounding
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import rubbers_of
 from pneumorph.objective.kinds import target_of
@@ -80,6 +81,7 @@ def _entry(problem: Problem, entry: HistoryEntry) -> dict[str, Any]:
     """A line of the history, and the results of its tasks in the units that users expect."""
     motions = {task.name: task.objective.achieved(entry.tasks[task.name]) for task in problem.task}
     return to_json(entry) | {
+        "limits": {key: None if value is None else without_rounding(value) for key, value in entry.limits.items()},
         "motions": {
             name: {"value": motion.value, "unit": motion.unit, "word": motion.word, "found": str(motion)}
             | {"text": motion.beside_target, "at": format_pressures(entry.tasks[name].pressures)}

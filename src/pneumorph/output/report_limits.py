@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.doing import doing
 from pneumorph.geometry import Body
 from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.limits.shares import NAMES, Usage
@@ -34,11 +35,13 @@ def packed_usage(
     """
     known = {} if known is None else known
     usages = []
-    for body in bodies:
-        digest = blake2b(np.asarray(body.control_points()).tobytes(), digest_size=16).digest()
-        if digest not in known:
-            known[digest] = limits.shares(body)
-        usages.append(known[digest])
+    with doing("measuring the limits") as far:
+        for number, body in enumerate(bodies):
+            far(f"{number} of {len(bodies)} designs")
+            digest = blake2b(np.asarray(body.control_points()).tobytes(), digest_size=16).digest()
+            if digest not in known:
+                known[digest] = limits.shares(body)
+            usages.append(known[digest])
     words, arrays = [BY_NAME[name].word for name in NAMES], {}
     for number, surface in enumerate(bodies[0].surfaces):
         key = array_key(surface)
