@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 from pydantic import TypeAdapter
-from random_problems import Drawn
+from random_problems import Drawn, Draws, rubber_for
 
 from pneumorph import bodies
 from pneumorph.bodies.parts import Part, write_step
@@ -24,7 +24,6 @@ from pneumorph.cad.findings import findings_of
 from pneumorph.errors import ProblemError
 from pneumorph.objective import build_objectives
 from pneumorph.problem import Material, Problem, load
-from pneumorph.problem.material import library
 
 KINDS = ("dome", "fast_pneunet", "bellows", "pneunet", "hand")
 MOST_ELEMENTS = 2500
@@ -48,28 +47,10 @@ class DrawnBody(Drawn):
         path.write_text(self.text, encoding="utf-8")
 
 
-class _Draws:
-    """Draws of a problem."""
-
-    def __init__(self, rng: np.random.Generator):
-        self.rng = rng
-
-    def between(self, low: float, high: float) -> float:
-        return float(self.rng.uniform(low, high))
-
-    def chance(self, share: float) -> bool:
-        return bool(self.rng.random() < share)
-
-    def one_of(self, *choices: Any) -> Any:
-        return choices[int(self.rng.integers(len(choices)))]
-
-
 def draw(seed: int, index: int) -> DrawnBody:
     """Draw problem number `index` of a seed."""
-    rubbers = sorted(library())
-    order = np.random.default_rng(seed).permutation(len(rubbers))
-    kind, rubber = KINDS[index % len(KINDS)], rubbers[order[index % len(order)]]
-    draws = _Draws(np.random.default_rng([seed, index]))
+    kind, rubber = KINDS[index % len(KINDS)], rubber_for(seed, index)
+    draws = Draws(np.random.default_rng([seed, index]))
     for redraws in range(200):
         sizes = _sizes(draws, kind)
         try:
@@ -123,7 +104,7 @@ def _mm(value: float) -> str:
     return f"{value:.15g} mm"
 
 
-def _sizes(draws: _Draws, kind: str) -> dict[str, Any]:
+def _sizes(draws: Draws, kind: str) -> dict[str, Any]:
     """Sizes in mm by their names, those without a unit as numbers."""
     between = draws.between
     match kind:
@@ -151,7 +132,7 @@ def _sizes(draws: _Draws, kind: str) -> dict[str, Any]:
     return row | {"gap" if kind == "fast_pneunet" else "rib": wall * between(0.9, 1.5)}
 
 
-def _fill_in(draws: _Draws, kind: str, sizes: dict[str, Any], rubber: str, content: dict[str, Any]) -> None:
+def _fill_in(draws: Draws, kind: str, sizes: dict[str, Any], rubber: str, content: dict[str, Any]) -> None:
     """Change the tables of a problem file of this kind to what is drawn."""
     wide, wall = sizes.get("width") or 2.0 * sizes["radius"], sizes["wall"]
     shear = TypeAdapter(Material).validate_python({"name": rubber}).initial_shear_modulus
@@ -189,7 +170,7 @@ def _start_of(pressure: Any) -> float:
     return float((pressure["start"] if isinstance(pressure, dict) else pressure).removesuffix(" kPa"))
 
 
-def _pressures(draws: _Draws, chambers: dict[str, Any], value: float) -> dict[str, Any]:
+def _pressures(draws: Draws, chambers: dict[str, Any], value: float) -> dict[str, Any]:
     """The same pressure in all chambers, in kPa, which may be designed where there is one."""
     if len(chambers) == 1 and draws.chance(0.2):
         free = {"start": f"{value:.4g} kPa", "min": "0 kPa", "max": f"{draws.between(1.1, 1.5) * value:.4g} kPa"}
@@ -197,7 +178,7 @@ def _pressures(draws: _Draws, chambers: dict[str, Any], value: float) -> dict[st
     return dict.fromkeys(chambers, f"{value:.4g} kPa")
 
 
-def _aim(draws: _Draws, kind: str, sizes: dict[str, Any], shear: float, content: dict[str, Any]) -> None:
+def _aim(draws: Draws, kind: str, sizes: dict[str, Any], shear: float, content: dict[str, Any]) -> None:
     """Often a plate with springs, and now and then a target in place of the largest motion."""
     bends = "pneunet" in kind
     if not bends or draws.chance(0.4):
@@ -225,7 +206,7 @@ def _height(kind: str, sizes: dict[str, Any]) -> float:
     return 2.0 * sizes["floor"] + sizes["folds"] * sizes["pitch"]
 
 
-def _limit(draws: _Draws, content: dict[str, Any]) -> None:
+def _limit(draws: Draws, content: dict[str, Any]) -> None:
     """Limits relative to those of the kind, which are well within the start."""
     limits = content["limits"]
     limits["wall"] = _mm(float(limits["wall"].removesuffix(" mm")) * draws.between(0.75, 1.15))

@@ -52,19 +52,10 @@ class Drawn:
 
 
 @dataclass
-class _Plan:
-    """Values that are drawn first and on which later draws depend; lengths in mm."""
+class Draws:
+    """Draws of a problem."""
 
     rng: np.random.Generator
-    layout: str
-    kinds: list[str]
-    rubber: str
-    length: float = 0.0
-    radius: float = 0.0
-    wall: float = 0.0
-    planar: bool = False
-    symmetric: bool = False
-    motions: list[str] = field(default_factory=list)
 
     def between(self, low: float, high: float) -> float:
         return float(self.rng.uniform(low, high))
@@ -76,15 +67,33 @@ class _Plan:
         return choices[int(self.rng.integers(len(choices)))]
 
 
-def draw(seed: int, index: int) -> Drawn:
-    """Draw problem number `index` of a seed."""
+@dataclass
+class _Plan(Draws):
+    """Values that are drawn first and on which later draws depend; lengths in mm."""
+
+    layout: str
+    kinds: list[str]
+    rubber: str
+    length: float = 0.0
+    radius: float = 0.0
+    wall: float = 0.0
+    planar: bool = False
+    symmetric: bool = False
+    motions: list[str] = field(default_factory=list)
+
+
+def rubber_for(seed: int, index: int) -> str:
+    """The rubber of problem number `index` of a seed: all of them take turns."""
     rubbers = sorted(library())
     order = np.random.default_rng(seed).permutation(len(rubbers))
+    return rubbers[order[index % len(order)]]
+
+
+def draw(seed: int, index: int) -> Drawn:
+    """Draw problem number `index` of a seed."""
     rng = np.random.default_rng([seed, index])
     for redraws in range(1000):
-        plan = _Plan(
-            rng, LAYOUTS[index % len(LAYOUTS)], [KINDS[index % len(KINDS)]], rubbers[order[index % len(order)]]
-        )
+        plan = _Plan(rng, LAYOUTS[index % len(LAYOUTS)], [KINDS[index % len(KINDS)]], rubber_for(seed, index))
         try:
             content = _content(plan)
             content["title"] = f"Random problem {index} of seed {seed}"

@@ -2,23 +2,11 @@
 
 import numpy as np
 import pytest
-from texts import TWO_BESIDE, problem_text
+from texts import BEND_UNDER_LOADS, TWO_BESIDE, problem_text
 
 from pneumorph.analysis import analyse_body, motion_rates
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import loads
-
-TASK = """
-[end_effector]
-spring = { axial = "0.5 N/mm" }
-force = ["0.1 N", "0 N", "0 N"]
-[gravity]
-direction = [-1, 0, 0]
-[[task]]
-name = "bend"
-pressure = { A = "12 kPa", B = "5 kPa" }
-objective = { motion = "bending_y" }
-"""
 
 
 def solved(factor, A, element):
@@ -26,7 +14,9 @@ def solved(factor, A, element):
     material = (
         f'shear_modulus = "{0.3 * factor:.12g} MPa"\nbulk_modulus = "{6.0 * factor:.12g} MPa"\ndensity = "1.1 g/cm^3"'
     )
-    text = problem_text(TASK.replace("12 kPa", f"{A:.12g} kPa"), material=material, chambers=TWO_BESIDE, radius=10)
+    text = problem_text(
+        BEND_UNDER_LOADS.replace("12 kPa", f"{A:.12g} kPa"), material=material, chambers=TWO_BESIDE, radius=10
+    )
     problem = loads(text).with_changes({"mesh.element": element, "mesh.size": "8 mm"})
     at = analyse_body(problem, starting_body(problem.tubes))
     (equilibrium,) = at.analysis.equilibria.values()

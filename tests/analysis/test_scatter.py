@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from texts import TWO_BESIDE, problem_text
+from texts import BEND_UNDER_LOADS, TWO_BESIDE, problem_text
 
 from pneumorph.analysis.near import analyse_near
 from pneumorph.analysis.scatter import Tolerances, one_deviation, scatter_of, shape_causes
@@ -12,18 +12,6 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import solve
 from pneumorph.objective import measure_features
 from pneumorph.problem import loads
-
-TASK = """
-[end_effector]
-spring = { axial = "0.5 N/mm" }
-force = ["0.1 N", "0 N", "0 N"]
-[gravity]
-direction = [-1, 0, 0]
-[[task]]
-name = "bend"
-pressure = { A = "12 kPa", B = "5 kPa" }
-objective = { motion = "bending_y" }
-"""
 
 MATERIAL = 'shear_modulus = "{:.12g} MPa"\nbulk_modulus = "{:.12g} MPa"\ndensity = "1.1 g/cm^3"'
 
@@ -35,7 +23,7 @@ def whole(request):
 
 def solved(factor, element="quadratic"):
     material = MATERIAL.format(0.3 * factor, 6.0 * factor)
-    text = problem_text(TASK, material=material, chambers=TWO_BESIDE, radius=10)
+    text = problem_text(BEND_UNDER_LOADS, material=material, chambers=TWO_BESIDE, radius=10)
     problem = loads(text).with_changes({"mesh.element": element, "mesh.size": "8 mm"})
     return analyse_near(problem, starting_body(problem.tubes), ())
 

@@ -89,7 +89,7 @@ def test_loads_that_fold_the_body_over(keys, said):
     problem = loaded(keys, length='"60 mm"', objective='{ kind = "maximize", motion = "-bending_x" }')
     with pytest.raises(Hopeless, match=said) as caught:
         _ = starting_design(problem).results
-    assert "as a beam" in str(caught.value)
+    assert "as a linear beam" in str(caught.value)
 
 
 def test_a_load_that_bends_it_as_it_should_is_none_of_these():

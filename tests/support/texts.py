@@ -9,6 +9,19 @@ pressure = { A = "60 kPa" }
 objective = { kind = "maximize", motion = "extension" }
 """
 
+BEND_UNDER_LOADS = """
+[end_effector]
+spring = { axial = "0.5 N/mm" }
+force = ["0.1 N", "0 N", "0 N"]
+[gravity]
+direction = [-1, 0, 0]
+[[task]]
+name = "bend"
+pressure = { A = "12 kPa", B = "5 kPa" }
+objective = { motion = "bending_y" }
+"""
+"""Of a body with the chambers of `TWO_BESIDE`."""
+
 TWO_BESIDE = (("A", 3, "5 mm", "0 mm"), ("B", 3, "-5 mm", "0 mm"))
 
 

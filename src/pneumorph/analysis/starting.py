@@ -152,10 +152,10 @@ def _words(problem: Problem, index: int, beam: Beam) -> str:
     """What the estimate as a beam says, and what to do."""
     parts = []
     if beam.angle > TURNED:
-        parts.append(f"bent by {math.degrees(beam.angle):.0f}° if it went on as it begins")
+        parts.append(f"would bend by {math.degrees(beam.angle):.0f}°")
     if beam.compression > 1.0:
-        parts.append(f"under {beam.compression:.2g} times the load at which it buckles")
+        parts.append(f"bears {beam.compression:.2g} times its buckling load")
     if abs(beam.strain) > STRETCHED:
-        parts.append(f"strained by {100.0 * beam.strain:.0f} % along its axis")
+        parts.append(f"is strained by {100.0 * beam.strain:.0f} % along its axis")
     key = key_of_loads(problem, index).rpartition(".")[2]
-    return f"as a beam it is {' and '.join(parts)}; make the {key} smaller, the body thicker, or its rubber stiffer"
+    return f"as a linear beam it {' and '.join(parts)}; make the {key} smaller, the body thicker, or its rubber stiffer"

@@ -35,7 +35,7 @@ def _sentence(problem: Problem, name: str, reached: Reached, history: Sequence[H
     )
     which = f" of task {name}" if len(problem.task) > 1 else ""
     if reached is Reached.YES:
-        return f"Target{which} reached, to {left}."
+        return f"Target{which} reached, {left} away."
     if reached is Reached.NEARLY:
         return f"Target{which} reached within {left}."
     return f"Target{which} not reached: still {left} away, {before} at the start."

@@ -86,7 +86,7 @@ def _entry(problem: Problem, entry: HistoryEntry) -> dict[str, Any]:
             name: {"value": motion.value, "unit": motion.unit, "word": motion.word, "found": str(motion)}
             | {"text": motion.beside_target, "at": format_pressures(entry.tasks[name].pressures)}
             for name, motion in motions.items()
-        }
+        },
     }
 
 
