@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pneumorph import bodies
     from pneumorph.analysis import GradientCheck
     from pneumorph.errors import ComputationError, MeshError, PneumorphError, ProblemError
+    from pneumorph.interface.beam import BeamFit, fit_beam
     from pneumorph.interface.check import check_gradient
     from pneumorph.interface.design import Design, starting_design
     from pneumorph.interface.material import MaterialFit, fit_material
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 
 __all__ = [
+    "BeamFit",
     "ComputationError",
     "Design",
     "GradientCheck",
@@ -46,6 +48,7 @@ __all__ = [
     "check_gradient",
     "design",
     "designs",
+    "fit_beam",
     "fit_material",
     "load",
     "open_run",
@@ -55,6 +58,7 @@ __all__ = [
 _MODULES = {
     "analysis": ("GradientCheck",),
     "errors": ("ComputationError", "MeshError", "PneumorphError", "ProblemError"),
+    "interface.beam": ("BeamFit", "fit_beam"),
     "interface.check": ("check_gradient",),
     "interface.design": ("Design", "starting_design"),
     "interface.material": ("MaterialFit", "fit_material"),

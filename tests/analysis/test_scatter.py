@@ -7,7 +7,7 @@ import pytest
 from texts import BEND_UNDER_LOADS, TWO_BESIDE, problem_text
 
 from pneumorph.analysis.near import analyse_near
-from pneumorph.analysis.scatter import Tolerances, one_deviation, scatter_of, shape_causes
+from pneumorph.analysis.scatter import Tolerances, one_deviation, scatter_of, shape_causes, with_moduli
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import solve
 from pneumorph.objective import measure_features
@@ -77,6 +77,19 @@ def test_a_stiffer_rubber_and_a_higher_pressure_have_theirs(whole):
     np.testing.assert_allclose(causes["modulus of the rubber"], by_modulus, atol=1e-3 * scale)
 
 
+def test_motions_with_other_moduli_are_those_of_bodies_of_such_rubbers(whole):
+    element = "mixed" if whole.disc.model.mixed else "quadratic"
+    found = with_moduli(whole, "bend", (1.0, 1.5))
+    for factor, motion in zip((1.0, 1.5), found, strict=True):
+        other = whole if factor == 1.0 else solved(factor, element)
+        np.testing.assert_allclose(motion, scatter_of(other, Tolerances())["bend"].motion, atol=1e-5)
+
+
+def test_a_region_s_rubber_has_its_own_tolerance(whole):
+    tolerances = Tolerances(rubber=0.1, rubbers={"": 0.3})
+    assert next(iter(scatter_of(whole, tolerances)["bend"].causes)).tolerance == pytest.approx(30.0)
+
+
 def test_a_body_that_grows_by_a_factor_under_pressure_alone_grows_its_motion(whole):
     """Without weight and forces, a body twice as large moves by twice as much and turns by as much."""
     text = problem_text(
@@ -95,7 +108,8 @@ def test_castings_off_by_one_deviation_are_solved(whole):
     """With small tolerances the first-order deviation is that of the solutions; they approach it with order 2."""
     far = []
     for part in (0.2, 0.1):
-        tolerances = Tolerances(*(part * value for value in vars(Tolerances()).values()))
+        usual = {name: value for name, value in vars(Tolerances()).items() if name != "rubbers"}
+        tolerances = Tolerances(**{name: part * value for name, value in usual.items()})
         scatter = scatter_of(whole, tolerances)["bend"]
         found = one_deviation(whole, "bend", scatter, 4, tolerances)
         middle, deviation = scatter.motion[4], scatter.deviations[4]

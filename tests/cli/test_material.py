@@ -167,3 +167,29 @@ def test_stiff_rubbers_are_fitted_too(run, tmp_path):
     run("material", "fit", tmp_path / "stiff.csv", "--model", "neo-hookean", "--out", tmp_path / "fit")
     table = tomllib.loads((tmp_path / "fit" / "material.toml").read_text(encoding="utf-8"))["material"]
     assert (table["shear_modulus"], table["bulk_modulus"]) == ("3 MPa", "3000 MPa")
+
+
+def test_show_says_which_value_is_used_why_and_the_range_of_all_sources(run):
+    shown = run("material", "show", "Ecoflex 00-30").stdout
+    assert "chosen" in shown and "0.01515 to 0.03943 MPa" in shown and "compression tests" in shown
+    entry = next(
+        each for each in json.loads(run("material", "list", "--json").stdout) if each["name"] == "Dragon Skin 10"
+    )
+    assert entry["shear_modulus_range_MPa"] == pytest.approx([0.043018, 0.0879])
+    assert entry["scatter"] == pytest.approx(np.log(0.0879 / 0.043018) / 2)
+    assert "one source alone" in run("material", "show", "Hei-Cast 8400").stdout
+
+
+def test_how_strain_was_measured_is_told_and_stored(run, tmp_path):
+    stretch = np.linspace(1.05, 2, 12)
+    rows = "".join(f"{a},{0.3 * (a - a**-2)}\n" for a in stretch)
+    (tmp_path / "pull.csv").write_text(f"stretch,nominal stress (MPa)\n{rows}")
+    for given, word in (((), "not known"), (("--strain-from", "crosshead"), "too low")):
+        result = run(
+            "material", "fit", tmp_path / "pull.csv", "--model", "neo-hookean", *given, "--out", tmp_path / "out"
+        )
+        assert word in result.stdout
+    assert json.loads((tmp_path / "out" / "fit.json").read_text(encoding="utf-8"))[0]["strain_from"] == "crosshead"
+    table = tomllib.loads((tmp_path / "out" / "material.toml").read_text(encoding="utf-8"))["material"]
+    assert "strain of the crosshead" in table["source"]
+    assert run("material", "fit", tmp_path / "pull.csv", "--strain-from", "eye").exit_code == 2

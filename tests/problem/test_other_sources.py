@@ -1,8 +1,11 @@
 """Other sources on rubbers of the library."""
 
+import math
+
 import pytest
 
-from pneumorph.problem.material import doubt, elastomer, library, other_sources
+from pneumorph.problem.material import elastomer, library
+from pneumorph.problem.sources import chosen, deviation_of, doubt, other_sources, range_of
 
 WITH_OTHERS = [name for name, table in library().items() if "others" in table]
 
@@ -12,10 +15,30 @@ def test_other_sources_are_told_of_the_library_s_rubber_alone(name):
     rubber = elastomer(name)
     others = other_sources(rubber)
     assert all(0.1 < each.shear_modulus / rubber.initial_shear_modulus < 10.0 and each.source for each in others)
-    assert f"{1e3 * others[0].shear_modulus:.3g}" in (doubt(rubber) or "")
-    assert doubt(rubber.model_copy(update={"density": 2 * rubber.density})) is None
+    low, high = range_of(rubber)
+    assert low <= rubber.initial_shear_modulus <= high and low < high
+    assert f"{1e3 * low:.3g} to {1e3 * high:.3g} kPa" in (doubt(rubber) or "")
+    assert chosen(rubber)
+    other = rubber.model_copy(update={"density": 2 * rubber.density})
+    assert doubt(other) is None and deviation_of(other) is None and chosen(other) == ""
 
 
-def test_a_rubber_with_one_source_has_no_doubt():
+def test_sources_are_read_as_moduli_of_a_neo_hookean_rubber():
+    by_source = {each.source.split(":")[0]: each.shear_modulus for each in other_sources(elastomer("Dragon Skin 10"))}
+    assert by_source["data sheet"] == pytest.approx(0.152 / (2.0 - 1.0 / 4.0))
+    compressed = next(each for each in other_sources(elastomer("Ecoflex 00-30")) if "compression" in each.source)
+    assert compressed.shear_modulus == pytest.approx(0.0973 / 3.0)
+
+
+def test_the_deviation_is_half_the_range_of_logarithms():
+    low, high = range_of(elastomer("Dragon Skin 30"))
+    assert deviation_of(elastomer("Dragon Skin 30")) == pytest.approx(0.5 * math.log(high / low))
+    assert deviation_of(elastomer("Ecoflex 00-10")) == 0.5  # more would be beyond first derivatives
+    assert deviation_of(elastomer("Hei-Cast 8400").model_copy(update={"scatter": 0.07})) == 0.07
+
+
+def test_a_rubber_with_one_source_has_no_doubt_unless_its_scatter_is_known():
     assert WITH_OTHERS
-    assert doubt(elastomer("Hei-Cast 8400")) is None
+    one = elastomer("Hei-Cast 8400")
+    assert doubt(one) is None and deviation_of(one) is None
+    assert "± 7 %" in doubt(one.model_copy(update={"scatter": 0.07}))

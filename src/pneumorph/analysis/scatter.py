@@ -10,8 +10,8 @@ where R_s are the forces of the rubber whose moduli are multiplied by s. Nothing
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -19,8 +19,9 @@ import numpy as np
 from pneumorph.analysis.near import Solved
 from pneumorph.analysis.surface_motions import core_shift, core_tilt, growth, offset
 from pneumorph.doing import doing
-from pneumorph.mechanics import Configuration, Equilibrium, predict, solve
+from pneumorph.mechanics import Configuration, Equilibrium, predict, solve, sweep
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
+from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.objective import measure_features
@@ -35,8 +36,7 @@ class Tolerances:
     Attributes
     ----------
     rubber : float
-        Of the moduli of every rubber, relative. Batches of a silicone, and laboratories that test it, differ by 10 to
-        30 %.
+        Of the moduli of every rubber, relative, where `rubbers` has none.
     pressure : float
         Of every chamber's pressure, MPa.
     wall : float
@@ -49,6 +49,8 @@ class Tolerances:
         Of the size of the whole body, relative: of a print, or of silicone that shrinks.
     load : float
         Of weight, springs and loads of the plate, and of the stiffness of sheets and fibres, relative.
+    rubbers : {region: float}
+        Of the moduli of single regions' rubbers, relative.
     """
 
     rubber: float = 0.1
@@ -58,6 +60,7 @@ class Tolerances:
     tilt: float = 0.0035
     scale: float = 0.003
     load: float = 0.05
+    rubbers: Mapping[str, float] = field(default_factory=dict)
 
 
 UNITS = {"mm": 1.0, "°": float(np.radians(1.0)), "kPa": 1e-3, "%": 0.01}
@@ -152,8 +155,8 @@ def one_deviation(
     tolerances : those of the scatter.
     """
     at, disc = whole.analysis.configurations[task], whole.disc
-    model, deviation = at.model, float(scatter.deviations[motion])
-    if model.contact is not None or model.reinforcements or at.enclosed or len(model.rubbers) > 1 or not deviation:
+    deviation = float(scatter.deviations[motion])
+    if not _scales(at) or not deviation:
         return None
     changes = {
         cause.name: UNITS[cause.unit] * cause.tolerance**2 * cause.by[motion] / deviation for cause in scatter.causes
@@ -166,6 +169,45 @@ def one_deviation(
         np.zeros_like(at.X),
     )
     return OneDeviation(*(_solved(whole, task, at.X + way * X, changes, way, motion) for way in (1.0, -1.0)))
+
+
+def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.ndarray | None] | None:
+    """The six motions of the tip (mm, rad) with all moduli times each of rising factors; None without a stable state.
+
+    A body of a rubber s times as stiff moves as this one under loads divided by s. None in place of the list where
+    forces do not scale with the rubber's, as for `one_deviation`.
+
+    Parameters
+    ----------
+    whole : the whole body with its states.
+    task : name of the task.
+    factors : rising.
+    """
+    at, disc = whole.analysis.configurations[task], whole.disc
+    if not _scales(at):
+        return None
+    path = [replace(at, loads=_times(at.loads, 1.0 / factor)) for factor in reversed(factors)]
+    motions: list[np.ndarray | None] = []
+    for there, answer in zip(path, sweep(path, disc.tangents[task]), strict=True):
+        if isinstance(answer, Equilibrium) and answer.stable:
+            moved = measure_features(at.model, there.X, answer.state)
+            motions.append(np.concatenate([moved.translation, moved.rotation]))
+        else:
+            motions.append(None)
+    return motions[::-1]
+
+
+def _scales(at: Configuration) -> bool:
+    """Whether all forces but the loads are those of one rubber."""
+    model = at.model
+    return not (model.contact is not None or model.reinforcements or at.enclosed or len(model.rubbers) > 1)
+
+
+def _times(loads: Loads, factor: float) -> Loads:
+    return loads._replace(
+        pressure=factor * np.asarray(loads.pressure),
+        **{part: factor * np.asarray(getattr(loads, part)) for part in LOADS},
+    )
 
 
 def _solved(
@@ -196,7 +238,8 @@ def _solved(
 
 def _of_rubbers(slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:
     for region, by in slopes.moduli.items():
-        yield _cause(f"modulus of {region}" if region else "modulus of the rubber", "%", tolerances.rubber, by)
+        name = f"modulus of {region}" if region else "modulus of the rubber"
+        yield _cause(name, "%", tolerances.rubbers.get(region, tolerances.rubber), by)
 
 
 def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:

@@ -29,9 +29,9 @@ from pneumorph.problem import Problem, Reinforcement, load, reinforcements
 from pneumorph.problem.acting import words_of_gravity, words_of_own, words_of_plate
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.doubts import doubts
-from pneumorph.problem.material import doubt
 from pneumorph.problem.materials import materials
 from pneumorph.problem.reinforcement import data_of
+from pneumorph.problem.sources import doubt
 
 BEGINS = "it is at its bound, and a design run begins just within it"
 

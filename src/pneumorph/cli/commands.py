@@ -405,13 +405,13 @@ def show_material(name: Annotated[str, typer.Argument(metavar="NAME", help="An e
 @doing("fitting")
 def fit_material(
     data: Annotated[
-        list[str],
+        list[str] | None,
         typer.Argument(
             metavar="[MODE=]FILE...",
             help="CSV or text files of tests, as machines write them; MODE is uniaxial (by default), equibiaxial or "
-            "planar (pure shear).",
+            "planar (pure shear). With --beam, one file with points of a centre line.",
         ),
-    ],
+    ] = None,
     model: Annotated[
         str, typer.Option(help="One of neo-hookean, mooney-rivlin, yeoh, gent, arruda-boyce, ogden, or all.")
     ] = "all",
@@ -447,14 +447,40 @@ def fit_material(
         list[str] | None,
         typer.Option(metavar="MODE=NUMBER", help="Weight of the tests of a mode, by default 1; repeatable."),
     ] = None,
+    strain_from: Annotated[
+        str | None,
+        typer.Option(metavar="extensometer|crosshead", help="Whether strain was measured on the specimen itself."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; by default <name of the file>-fit.")] = None,
     density: Annotated[
-        str, typer.Option(help="Density for the table [material]; a tension test does not determine it.")
-    ] = "1.1 g/cm^3",
+        str | None,
+        typer.Option(help="Density for the table [material], by default 1.1 g/cm^3; tests do not determine it."),
+    ] = None,
+    beam: Annotated[
+        bool,
+        typer.Option("--beam", help="A strip, clamped at one end, that bends under its own weight, in place of tests."),
+    ] = False,
+    length: Annotated[str | None, typer.Option(metavar="LENGTH", help="With --beam: free length at rest.")] = None,
+    deflection: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="With --beam: of the tip, in place of a file.")
+    ] = None,
+    error: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="With --beam: standard deviation of it, by default 0.5 mm.")
+    ] = None,
+    tip_mass: Annotated[str | None, typer.Option(metavar="MASS", help="With --beam: of a body at the tip.")] = None,
+    like: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="With --beam: elastomer of the library whose stiffening is kept."),
+    ] = None,
 ) -> None:
     """Fit models to tension tests, judge them in all modes, and write the simplest good one as a table [material]."""
+    from pneumorph.cli.material import beam as beam_
     from pneumorph.cli.material import fit_
 
+    of_beams = {"deflection": deflection, "error": error, "tip_mass": tip_mass, "like": like}
+    if beam:
+        beam_(data or [], of_beams, {"length": length, "section": section}, density, out)
+        return
     options = {
         "max_stretch": max_stretch,
         "stress": stress,
@@ -466,5 +492,6 @@ def fit_material(
         "gauge_length": gauge_length,
         "section": section,
         "least_r2": least_r2,
+        "strain_from": strain_from,
     }
-    fit_(data, model, out, density, weight or [], options)
+    fit_(data or [], model, out, density or "1.1 g/cm^3", weight or [], options, {**of_beams, "length": length})

@@ -11,13 +11,15 @@ from rich.console import Console
 from rich.text import Text
 
 from pneumorph.errors import ProblemError
+from pneumorph.interface.beam import fit_beam
 from pneumorph.interface.material import MODES, fit_material, parameters, undetermined
 from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.judge import Fit, faults
 from pneumorph.problem.delimited import number
-from pneumorph.problem.material import Material, library, other_sources
+from pneumorph.problem.material import Material, library
+from pneumorph.problem.sources import chosen, deviation_of, other_sources, range_of
 
-COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "source")
+COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "scatter", "source")
 
 _reader: TypeAdapter[Any] = TypeAdapter(Material)
 
@@ -62,6 +64,9 @@ def _entry(name: str) -> dict[str, Any]:
         "other_sources": [
             {"shear_modulus_MPa": each.shear_modulus, "source": each.source} for each in other_sources(elastomer)
         ],
+        "shear_modulus_range_MPa": range_of(elastomer),
+        "scatter": deviation_of(elastomer),
+        "chosen": library()[name].get("chosen"),
         "exports": list(formats_of(rubber)),
     }
 
@@ -86,6 +91,16 @@ def _describe(console: Console, name: str) -> None:
         console.print(Text(f"  {key:<8} {words}"), soft_wrap=True)
     for each in other_sources(elastomer):
         console.print(Text(f"  {'others':<8} shear {each.shear_modulus:.4g} MPa: {each.source}"), soft_wrap=True)
+    if why := chosen(elastomer):
+        console.print(Text(f"  {'chosen':<8} {why}"), soft_wrap=True)
+    if ends := range_of(elastomer):
+        low, high = (f"{end:.4g}" for end in ends)
+        told = f"shear {low} to {high} MPa by all sources"
+    else:
+        told = "one source alone"
+    deviation = deviation_of(elastomer)
+    used = "" if deviation is None else f"; tolerance takes ± {100 * deviation:.2g} % as one standard deviation"
+    console.print(Text(f"  {'range':<8} {told}{used}"), soft_wrap=True)
 
 
 def _in_words(value: Any) -> str:
@@ -97,7 +112,13 @@ def _in_words(value: Any) -> str:
 
 
 def fit_(
-    data: list[str], model: str, out: Path | None, density: str, weights: list[str], options: dict[str, Any]
+    data: list[str],
+    model: str,
+    out: Path | None,
+    density: str,
+    weights: list[str],
+    options: dict[str, Any],
+    of_beams: dict[str, str | None],
 ) -> None:
     """Fit models to tension tests, judge them in all modes, and write the best as a table [material].
 
@@ -115,12 +136,19 @@ def fit_(
         How much the tests of a mode count.
     options : dict
         Further arguments of `fit_material`.
+    of_beams : {option: text or None}
+        Options that are for strips that bend alone.
 
     Raises
     ------
     ProblemError
         If a file or an option has a mistake.
     """
+    for option, text in of_beams.items():
+        if text is not None:
+            raise ProblemError(f"--{option.replace('_', '-')}: is for strips that bend; add --beam or leave it out")
+    if not data:
+        raise ProblemError("material fit: give a file with a tension test, or --beam")
     tests: dict[str, list[Path]] = {}
     for entry in data:
         mode, equals, path = entry.partition("=")
@@ -141,6 +169,47 @@ def fit_(
     except ProblemError as error:
         console.print(Text(f"\n{error}"), soft_wrap=True)
     console.print(Text(f"written to {folder}: {', '.join(path.name for path in written)}"))
+
+
+def beam(
+    data: list[str], options: dict[str, Any], given: dict[str, str | None], density: str | None, out: Path | None
+) -> None:
+    """Find the modulus of a strip that bends under its own weight, and write it as a table [material].
+
+    Parameters
+    ----------
+    data : list of str
+        A file with points of the centre line, or none where the deflection is given.
+    options : dict
+        Further arguments of `fit_beam`.
+    given : {option: text or None}
+        Those that it needs.
+    density : str or None
+        Of the rubber.
+    out : Path or None
+        Folder of the result.
+
+    Raises
+    ------
+    ProblemError
+        If a file or an option has a mistake.
+    """
+    for option, text in {**given, "density": density}.items():
+        if text is None:
+            raise ProblemError(f'--beam: needs --{option}; give e.g. --{option} "{BEAM_EXAMPLES[option]}"')
+    if len(data) > 1:
+        raise ProblemError("--beam: is for one file; give the others one by one")
+    known = {key: value for key, value in {**options, **given, "density": density}.items() if value is not None}
+    fitted = fit_beam(data[0] if data else None, **known)
+    console = Console()
+    for sentence in fitted.reports:
+        console.print(Text(sentence), soft_wrap=True)
+    path = fitted.write(out or Path(f"{Path(data[0]).stem}-fit" if data else "beam-fit"))
+    console.print(Text(f"\n{fitted.toml()}"), soft_wrap=True)
+    console.print(Text(f"written to {path}"))
+
+
+BEAM_EXAMPLES = {"length": "100 mm", "section": "20 mm x 8 mm", "density": "1.07 g/cm^3"}
 
 
 def _weights(entries: list[str]) -> dict[str, float]:

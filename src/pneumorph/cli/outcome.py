@@ -26,8 +26,8 @@ from pneumorph.output.format import (
     stretches,
 )
 from pneumorph.problem import Problem
-from pneumorph.problem.material import doubt
 from pneumorph.problem.materials import materials
+from pneumorph.problem.sources import doubt
 from pneumorph.results import HistoryEntry, RunResult
 
 

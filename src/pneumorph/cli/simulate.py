@@ -23,6 +23,8 @@ from pneumorph.errors import ComputationError, ProblemError, writing
 from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.format import part_note
+from pneumorph.problem.materials import materials
+from pneumorph.problem.sources import doubt
 
 
 def simulate(
@@ -96,6 +98,8 @@ def simulate(
     model = simulation.model
     size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{part_note(model.part)}"
     console.print(Text(size), soft_wrap=True)
+    for told in filter(None, map(doubt, materials(design.problem).values())):
+        console.print(Text(told), soft_wrap=True)
     for other, same in simulation.left_out.items():
         console.print(Text(f"task {other} is left out: its loads here are those of task {same}"), soft_wrap=True)
     rows = Rows({each.name: each for each in design.problem.task})

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from pneumorph.analysis.calibration import PARAMETERS, Calibration, Curve, calibrate
 from pneumorph.errors import ProblemError
@@ -18,7 +16,7 @@ from pneumorph.problem.components import MOTIONS
 from pneumorph.problem.material import Material
 from pneumorph.problem.measured import Measured, read_measured
 from pneumorph.problem.objectives.words import motion_word
-from pneumorph.units import MODULUS, parse, write
+from pneumorph.problem.scaled import scaled
 
 WORDS = {
     "modulus": "moduli of the rubber",
@@ -104,24 +102,9 @@ def with_moduli(problem: Problem, factor: float) -> Problem:
     return problem.model_copy(update={"material": _scaled(problem.material, factor), "region": regions})
 
 
-def _scaled(material: Any, factor: float) -> Any:
-    table = material.model_dump(mode="json", exclude_none=True)
-    words = {"name": f"{table.pop('name')}, calibrated", "source": f"calibrated: moduli times {factor:.4g}"}
-    density = table.pop("density")
-    scaled = {key: _times(value, factor) for key, value in table.items() if key != "source"}
-    return TypeAdapter(Material).validate_python(scaled | words | {"density": density})
-
-
-def _times(value: Any, factor: float) -> Any:
-    """A value of a material's table with all moduli in it times a factor."""
-    if isinstance(value, Mapping):
-        return {key: _times(each, factor) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_times(each, factor) for each in value]
-    try:
-        return write(factor * parse(value, MODULUS), MODULUS) if isinstance(value, str) else value
-    except ValueError:
-        return value
+def _scaled(material: Material, factor: float) -> Material:
+    source = f"calibrated: moduli times {factor:.4g}"
+    return scaled(material, factor, name=f"{material.name}, calibrated", source=source)
 
 
 def _lines(measured: Measured, fit: Calibration) -> Iterator[str]:

@@ -42,6 +42,20 @@ MODES = {"uniaxial": "uniaxial", "equibiaxial": "equibiaxial", "biaxial": "equib
          "shear": "planar"}  # fmt: skip
 """Names of modes; pure shear is planar tension."""
 
+STRAIN_FROM = {
+    "extensometer": ("strain measured on the specimen", "moduli are those of the rubber"),
+    "crosshead": (
+        "strain of the crosshead",
+        "shoulders and slip in the clamps count as strain, so moduli are too low, of soft silicones by up to a half; "
+        "measure marks on the specimen, or let a strip hang (--beam)",
+    ),
+    None: (
+        "how strain was measured is not known",
+        "that of the crosshead makes moduli too low by up to a half; say --strain-from extensometer or crosshead",
+    ),
+}
+"""What is stored of how strain was measured, and what is told of it."""
+
 Files = str | Path | Sequence[str | Path]
 
 _reader: TypeAdapter[Any] = TypeAdapter(Material)
@@ -59,6 +73,7 @@ class MaterialFit:
     read : how each file was read, line by line.
     density : as text with its unit; tension tests do not determine it.
     least_r2 : coefficient of determination of the least that is accepted.
+    strain_from : "extensometer" or "crosshead", how strain was measured; None if it is not known.
 
     Examples
     --------
@@ -78,6 +93,7 @@ class MaterialFit:
     read: Sequence[str]
     density: str
     least_r2: float = LEAST_R2
+    strain_from: str | None = None
 
     @property
     def table(self) -> dict[str, Any]:
@@ -107,11 +123,11 @@ class MaterialFit:
                 f"an initial shear modulus of {shear:.3g} MPa is not that of a rubber ({SOFTEST:g} to {STIFFEST:g} "
                 "MPa); check the unit of the stress, and whether the strain is in per cent"
             )
-        return doubts + reports(self.fits)
+        return [*doubts, ": ".join(STRAIN_FROM[self.strain_from]), *reports(self.fits)]
 
     def records(self) -> list[dict[str, Any]]:
         """Every model with its parameters and the verdicts on it, for JSON."""
-        return [_record(one) for one in self.fits]
+        return [_record(one) | {"strain_from": self.strain_from} for one in self.fits]
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """Nominal stress over stretch in all three modes: tests, models, and the band that the tests leave open.
@@ -169,8 +185,8 @@ class MaterialFit:
             "bulk_modulus": "9 GPa",
             "density": self.density,
             "valid_stretch": float(f"{best.reach:.4g}"),
-            "source": f"fitted to {_names_of(self.files)}, R2 {best.r2:.4f}; bulk modulus: {BULK_RATIO:g} times shear, "
-            "assumed",
+            "source": f"fitted to {_names_of(self.files)}, R2 {best.r2:.4f}; {STRAIN_FROM[self.strain_from][0]}; "
+            f"bulk modulus: {BULK_RATIO:g} times shear, assumed",
         }
         try:
             shear = _reader.validate_python(table).initial_shear_modulus
@@ -216,6 +232,7 @@ def fit_material(
     gauge_length: str | None = None,
     section: str | None = None,
     least_r2: float = LEAST_R2,
+    strain_from: str | None = None,
 ) -> MaterialFit:
     """Fit rubber models to tension tests and judge them in all modes.
 
@@ -236,6 +253,9 @@ def fit_material(
     gauge_length : undeformed length, for files of displacement, e.g. "25 mm".
     section : undeformed section, for files of force, e.g. "4 mm x 2 mm" or "8 mm^2".
     least_r2 : coefficient of determination below which no table is given.
+    strain_from : extensometer or crosshead
+        Whether strain was measured on the specimen itself (an extensometer, marks on photographs) or is the motion of
+        the crosshead or the clamps, which is larger.
 
     Raises
     ------
@@ -254,6 +274,7 @@ def fit_material(
     for name, value, known in (
         ("stress", stress, ("nominal", "true")),
         ("strain", strain, ("stretch", "strain", "percent", "true")),
+        ("strain_from", strain_from, ("extensometer", "crosshead")),
     ):
         if value is not None and value not in known:
             raise ProblemError(f'{name}: "{value}" is not known; use one of {", ".join(known)}')
@@ -270,7 +291,8 @@ def fit_material(
     if not fits:
         raise ProblemError(f"model: there are too few points for {model}; give more, or fit neo-hookean")
     lines = [line for _, told in read for line in told]
-    return MaterialFit(fits, [test for test, _ in read], [path for _, path in files], lines, density, least_r2)
+    paths = [path for _, path in files]
+    return MaterialFit(fits, [test for test, _ in read], paths, lines, density, least_r2, strain_from)
 
 
 def parameters(one: Fit) -> dict[str, Any]:

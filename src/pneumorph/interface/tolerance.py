@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis.near import analyse_near
-from pneumorph.analysis.scatter import OneDeviation, Tolerances, one_deviation, scatter_of
+from pneumorph.analysis.near import Solved, analyse_near
+from pneumorph.analysis.scatter import OneDeviation, Tolerances, one_deviation, scatter_of, with_moduli
+from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
-from pneumorph.problem.material import doubt
 from pneumorph.problem.materials import materials
 from pneumorph.problem.objectives.words import motion_word
+from pneumorph.problem.sources import MOST_DEVIATION, deviation_of, doubt, range_of
 from pneumorph.results import Fields, Scatter, TaskResult, to_json
 from pneumorph.units import ANGLE, LENGTH, PRESSURE, Kind, parse, text_of
 
@@ -24,9 +25,6 @@ KINDS: Mapping[str, Kind | None] = {
     "rubber": None, "pressure": PRESSURE, "wall": LENGTH, "shift": LENGTH, "tilt": ANGLE, "scale": None, "load": None,
 }  # fmt: skip
 """What every tolerance is; None for those that are relative."""
-
-LARGEST = 0.5
-"""Relative tolerance above which first derivatives say nothing."""
 
 LEAST = 0.005
 """Part of the variance below which causes are told together."""
@@ -48,6 +46,10 @@ class ToleranceReport:
     tasks : {task: Scatter}
     solved : {task: {motion: OneDeviation}}
         Of the motions that tasks are about, where castings that are off by one deviation could be solved.
+    ends : {task: {MPa: (6,) mm and rad, or None}}
+        The motions with the moduli of a rubber of the library scaled to the least and the largest shear modulus that
+        sources give, or None where there is no stable state; empty where the rubber's tolerance was given, or forces do
+        not scale with the rubber's.
 
     Examples
     --------
@@ -61,6 +63,7 @@ class ToleranceReport:
     problem: Problem
     tasks: Mapping[str, Scatter]
     solved: Mapping[str, Mapping[str, OneDeviation]]
+    ends: Mapping[str, Mapping[float, np.ndarray | None]] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """All figures, in mm, rad, and the units of the causes."""
@@ -70,13 +73,20 @@ class ToleranceReport:
                 "deviation": scatter.deviations.tolist(),
                 "causes": [to_json(cause) for cause in scatter.causes],
                 "solved": {motion: [each.down, each.up] for motion, each in self.solved[name].items()},
+                "sources": [
+                    {"shear_modulus_MPa": modulus, "motion": None if motion is None else motion.tolist()}
+                    for modulus, motion in self.ends.get(name, {}).items()
+                ],
             }
             for name, scatter in self.tasks.items()
         }
 
     def __str__(self) -> str:
         tasks = [task for task in self.problem.task if task.name in self.tasks]
-        tables = ["\n".join(_lines(task, self.tasks[task.name], self.solved[task.name])) for task in tasks]
+        tables = [
+            "\n".join(_lines(task, self.tasks[task.name], self.solved[task.name], self.ends.get(task.name, {})))
+            for task in tasks
+        ]
         return "\n\n".join([*tables, *filter(None, map(doubt, materials(self.problem).values()))])
 
     __repr__ = __str__
@@ -108,6 +118,8 @@ def tolerance_report(
         If the whole body cannot be meshed or has no equilibrium.
     """
     tolerances = read_tolerances(given)
+    if "rubber" not in given:
+        tolerances = replace(tolerances, rubbers=_of_sources(problem))
     if tasks is not None:
         problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
     whole = analyse_near(problem, body, (), stored, results)
@@ -119,7 +131,27 @@ def tolerance_report(
             found = one_deviation(whole, task.name, scatters[task.name], MOTIONS.index(motion), tolerances)
             if found is not None:
                 solved[task.name][motion] = found
-    return ToleranceReport(problem, scatters, solved)
+    ends = {} if "rubber" in given else {task.name: _at_ends(whole, task.name) for task in problem.task}
+    return ToleranceReport(problem, scatters, solved, ends)
+
+
+def _of_sources(problem: Problem) -> dict[str, float]:
+    """The relative deviations of the moduli of rubbers of which they are known, by region."""
+    rubbers = materials(problem)
+    alone = len(rubbers) == 1
+    known = {name: deviation_of(material) for name, material in rubbers.items()}
+    return {"" if alone else name: deviation for name, deviation in known.items() if deviation is not None}
+
+
+def _at_ends(whole: Solved, task: str) -> dict[float, np.ndarray | None]:
+    """The motions with the least and the largest shear modulus of all sources, by them."""
+    material = whole.problem.material
+    ends = range_of(material)
+    if ends is None:
+        return {}
+    with doing(f"task {task}: with the moduli of other sources"):
+        motions = with_moduli(whole, task, [end / material.initial_shear_modulus for end in ends])
+    return {} if motions is None else dict(zip(ends, motions, strict=True))
 
 
 def read_tolerances(given: Mapping[str, Any]) -> Tolerances:
@@ -130,7 +162,7 @@ def read_tolerances(given: Mapping[str, Any]) -> Tolerances:
     ProblemError
         If one is unknown, is not a quantity of its kind, is negative, or too large to tell anything.
     """
-    names = [each.name for each in fields(Tolerances)]
+    names = list(KINDS)
     values = {}
     for name, text in given.items():
         if name not in names:
@@ -154,16 +186,21 @@ def _read(name: str, text: Any) -> float:
             value = 0.01 * float(written[:-1])
         except ValueError:
             raise ProblemError(f'{name}: "{text}" is not a percentage; write e.g. {example}') from None
-        if not value <= LARGEST:
+        if not value <= MOST_DEVIATION:
             raise ProblemError(
-                f"{name}: {text} is more than first derivatives can tell; give at most {100 * LARGEST:.0f} %"
+                f"{name}: {text} is more than first derivatives can tell; give at most {100 * MOST_DEVIATION:.0f} %"
             )
     if not value >= 0.0:
         raise ProblemError(f"{name}: {text} is negative; a standard deviation is not")
     return value
 
 
-def _lines(task: Task, scatter: Scatter, solved: Mapping[str, OneDeviation]) -> Iterator[str]:
+def _lines(
+    task: Task,
+    scatter: Scatter,
+    solved: Mapping[str, OneDeviation],
+    ends: Mapping[float, np.ndarray | None],
+) -> Iterator[str]:
     """A table for each motion that the task is about, or for all that are large enough."""
     asked = task.objective.tip_motions
     deviations = scatter.deviations
@@ -180,6 +217,12 @@ def _lines(task: Task, scatter: Scatter, solved: Mapping[str, OneDeviation]) -> 
         yield from _table(scatter, number, size, unit)
         if name in solved:
             yield _further(solved[name], value, deviation, size, unit)
+        if ends:
+            told = (
+                f"{1e3 * modulus:.3g} kPa: {'no stable state' if at is None else f'{size * at[number]:.2f} {unit}'}"
+                for modulus, at in ends.items()
+            )
+            yield f"  solved with the shear moduli of sources: {', '.join(told)}"
 
 
 def _further(solved: OneDeviation, value: float, deviation: float, size: float, unit: str) -> str:

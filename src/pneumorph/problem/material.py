@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from functools import cache
 from importlib import resources
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -46,6 +46,8 @@ class RubberModel(Table):
     """Density of the undeformed rubber."""
     valid_stretch: Annotated[Number, Field(gt=1)] | None = None
     """Largest stretch for which the parameters are valid; states beyond it are reported."""
+    scatter: Annotated[Number, Field(ge=0, le=0.5)] | None = None
+    """Relative standard deviation of the moduli, e.g. 0.1; by default half the range of what sources give."""
     source: Annotated[str, Field(max_length=2000)] = ""
     """Where the parameters come from."""
     blamed_key: ClassVar[str] = "shear_modulus"
@@ -233,8 +235,9 @@ MODELS = {
 _PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} - {"name"} | {"youngs_modulus", "shore"}
 
 
-BESIDE = ("assumed", "others")
-"""Keys in the library that are no keys of [material]: what a source does not give, and what other sources do."""
+BESIDE = ("assumed", "others", "chosen")
+"""Keys in the library that are no keys of [material]: what a source does not give, what other sources give, and why the
+library has the value that it has."""
 
 MOST_COMPARED = 100
 """Letters of a name that is compared with those of the library."""
@@ -253,34 +256,6 @@ def library() -> dict[str, dict[str, Any]]:
 def elastomer(name: str) -> Material:
     """The table [material] of a rubber of the library."""
     return TypeAdapter(Material).validate_python({"name": name})
-
-
-class OtherSource(NamedTuple):
-    """The initial shear modulus of a rubber in MPa, and who gives it."""
-
-    shear_modulus: float
-    source: str
-
-
-def other_sources(material: RubberModel) -> tuple[OtherSource, ...]:
-    """What other sources give for a rubber of the library; none for other rubbers, or where none are known."""
-    if material.name not in library() or material != elastomer(material.name):
-        return ()
-    others = library()[material.name].get("others", [])
-    return tuple(OtherSource(units.parse(each["shear_modulus"], units.MODULUS), each["source"]) for each in others)
-
-
-def doubt(material: RubberModel) -> str | None:
-    """A sentence on how far sources differ on a rubber of the library; None where no others are known."""
-    others = other_sources(material)
-    if not others:
-        return None
-    own = material.initial_shear_modulus
-    given = " and ".join(f"{1e3 * each:.3g}" for each in sorted({each.shear_modulus for each in others}))
-    return (
-        f"{material.name}: the shear modulus used is {1e3 * own:.3g} kPa, other sources give {given} kPa; "
-        "measure your batch before you cast"
-    )
 
 
 def _from_the_library(data: Any) -> Any:

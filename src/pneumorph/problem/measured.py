@@ -62,8 +62,7 @@ def read_measured(path: Path, chambers: Sequence[str] | None = None) -> Measured
     pressures: dict[str, np.ndarray] = {}
     motions: dict[str, np.ndarray] = {}
     for column, title in enumerate(table.titles):
-        match = _TITLE.fullmatch(title.strip())
-        name, unit = (match["name"].strip(), match["in"] or match["tail"] or "") if match else (title, "")
+        name, unit = name_and_unit(title)
         plain = re.sub(r"[\s_]+", "_", name.lower())
         if plain == "pressure" or plain.startswith("pressure_"):
             of = [each for each in chambers or () if plain in ("pressure", f"pressure_{each.lower()}")]
@@ -71,10 +70,10 @@ def read_measured(path: Path, chambers: Sequence[str] | None = None) -> Measured
                 of = [plain]
             elif not of:
                 raise ProblemError(f'{path}: "{title}": there is no such chamber; there are {", ".join(chambers)}')
-            pressures |= dict.fromkeys(of, _in(path, title, unit, PRESSURE) * np.array(table.numbers(column)))
+            pressures |= dict.fromkeys(of, in_units(path, title, unit, PRESSURE) * np.array(table.numbers(column)))
         elif plain in MOTIONS:
             kind = LENGTH if MOTIONS.index(plain) < 3 else ANGLE
-            motions[plain] = _in(path, title, unit, kind) * np.array(table.numbers(column))
+            motions[plain] = in_units(path, title, unit, kind) * np.array(table.numbers(column))
     if not pressures or len(motions) != 1:
         found = ", ".join(f'"{title}"' for title in table.titles if title) or "none"
         raise ProblemError(
@@ -87,7 +86,13 @@ def read_measured(path: Path, chambers: Sequence[str] | None = None) -> Measured
     return Measured(pressures, motion, values)
 
 
-def _in(path: Path, title: str, unit: str, kind: Kind) -> float:
+def name_and_unit(title: str) -> tuple[str, str]:
+    """Name and unit of a column, from "y (mm)", "y [mm]" or "y_mm"; the unit is empty if there is none."""
+    match = _TITLE.fullmatch(title.strip())
+    return (match["name"].strip(), match["in"] or match["tail"] or "") if match else (title, "")
+
+
+def in_units(path: Path, title: str, unit: str, kind: Kind) -> float:
     """One of the unit of a title, in that of the code."""
     try:
         return parse(f"1 {unit}", kind)

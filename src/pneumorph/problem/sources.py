@@ -1,0 +1,92 @@
+"""What other sources say of the rubbers of the library, and how far they differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pneumorph import units
+from pneumorph.problem.material import RubberModel, elastomer, library
+from pneumorph.problem.stiffness import gent
+
+MOST_DEVIATION = 0.5
+"""Largest relative deviation of a modulus for which first derivatives tell anything."""
+
+AT_100_PERCENT = 1.75
+"""Stress at 100 % strain over the shear modulus of an incompressible neo-Hookean rubber: λ − 1/λ² at λ = 2."""
+
+
+class OtherSource(NamedTuple):
+    """The initial shear modulus of a rubber in MPa, and who gives it."""
+
+    shear_modulus: float
+    source: str
+
+
+def other_sources(material: RubberModel) -> tuple[OtherSource, ...]:
+    """What other sources give for a rubber of the library; none for other rubbers, or where none are known."""
+    return tuple(_read(each) for each in _entry(material).get("others", []))
+
+
+def chosen(material: RubberModel) -> str:
+    """Why the library has the value that it has, among those of all sources; empty where there is one source alone."""
+    return _entry(material).get("chosen", "")
+
+
+def range_of(material: RubberModel) -> tuple[float, float] | None:
+    """The least and the largest initial shear modulus in MPa by all sources; None where there is one alone."""
+    others = other_sources(material)
+    if not others:
+        return None
+    moduli = [material.initial_shear_modulus, *(each.shear_modulus for each in others)]
+    return min(moduli), max(moduli)
+
+
+def deviation_of(material: RubberModel) -> float | None:
+    """Relative standard deviation of the moduli: what the material says, or else half the range of the sources.
+
+    That half is one of logarithms, ln(largest/least)/2, so that all sources are within one deviation of the middle of
+    their range, and at most `MOST_DEVIATION`. None where nothing is known.
+    """
+    if material.scatter is not None:
+        return material.scatter
+    ends = range_of(material)
+    return None if ends is None else min(math.log(ends[1] / ends[0]) / 2.0, MOST_DEVIATION)
+
+
+def doubt(material: RubberModel) -> str | None:
+    """A sentence on how well the moduli of a rubber are known; None where nothing is known of that."""
+    ends = range_of(material)
+    if ends is None:
+        if not material.scatter:
+            return None
+        shear, scatter = 1e3 * material.initial_shear_modulus, 100 * material.scatter
+        return f"{material.name}: the shear modulus is {shear:.3g} kPa ± {scatter:.2g} % (one standard deviation)"
+    low, high = (f"{1e3 * end:.3g}" for end in ends)
+    return (
+        f"{material.name}: the shear modulus used is {1e3 * material.initial_shear_modulus:.3g} kPa, sources give "
+        f"{low} to {high} kPa; measure your batch before you cast"
+    )
+
+
+def _entry(material: RubberModel) -> Mapping[str, Any]:
+    """What the library has of a rubber that is its own."""
+    known = library()
+    return known[material.name] if material.name in known and material == elastomer(material.name) else {}
+
+
+def _read(entry: Mapping[str, Any]) -> OtherSource:
+    """A source gives a shear modulus, Young's modulus, the stress at 100 % strain, or a hardness."""
+    source = entry.get("source", "")
+    if "hardness" in entry:
+        hardness = float(entry["hardness"])
+        return OtherSource(gent(hardness) / 3.0, f"its hardness, Shore A {hardness:g}, by Gent's relation of 1958")
+    if "at_100_percent" in entry:
+        stress = entry["at_100_percent"]
+        modulus = units.parse(stress, units.MODULUS) / AT_100_PERCENT
+        return OtherSource(modulus, f"{source}: {stress} at 100 % strain, as a neo-Hookean rubber")
+    if "youngs_modulus" in entry:
+        young = entry["youngs_modulus"]
+        return OtherSource(units.parse(young, units.MODULUS) / 3.0, f"{source}: Young's modulus {young}")
+    return OtherSource(units.parse(entry["shear_modulus"], units.MODULUS), source)
