@@ -192,6 +192,23 @@ def _does_not_intersect_itself(tried: Tried) -> Verdict:
     return tried.rejected("the body would self-intersect")
 
 
+def _leaves_obstacles_their_room(tried: Tried) -> Verdict:
+    """Rejects a design whose undeformed body reaches into an obstacle in its place, where the current one does not.
+
+    No path of states leads from there to what the task asks for.
+    """
+    if _apart_at_rest(tried.design) or not _apart_at_rest(tried.current.design):
+        return None
+    if tried.region.radius < tried.setup.settings.radius.ordinary:
+        return Ended(f"a step of {tried.length:.2g} mm would move the body at rest into an obstacle")
+    return tried.rejected("the body at rest would reach into an obstacle")
+
+
+def _apart_at_rest(design: AnalysedDesign) -> bool:
+    contact = design.disc.model.contact
+    return contact is None or contact.apart_at_rest(design.analysis.X)
+
+
 def _newly_intersects(before: Analysis, after: Analysis) -> bool:
     return any(now and not before.self_intersecting[task] for task, now in after.self_intersecting.items())
 
@@ -216,6 +233,7 @@ ACCEPTANCE_TESTS = (
     _satisfies_state_limits,
     _resists_lateral_buckling,
     _does_not_intersect_itself,
+    _leaves_obstacles_their_room,
     _gains_as_predicted,
 )
 """After it. The later ones rely on what the earlier ones have ascertained."""

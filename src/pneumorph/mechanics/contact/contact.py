@@ -132,6 +132,10 @@ class Contact:
         above = bool(np.all(gaps(self.obstacles, self.free, self.views(poses)) > 0.0))
         return above and all(each.apart(view.in_frame(x)) for each, view in self._kept_apart(poses))
 
+    def apart_at_rest(self, X: np.ndarray) -> bool:
+        """The same with undeformed nodes at X (N, 3) and obstacles in their places."""
+        return self.apart(X, np.zeros((len(self.obstacles), 6)))
+
     def free_share(self, start: np.ndarray, end: np.ndarray, poses: np.ndarray, there: np.ndarray) -> float:
         """A share of the motion of the nodes from `start` to `end` (N, 3) on which nothing meets.
 
