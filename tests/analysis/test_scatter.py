@@ -87,7 +87,10 @@ def test_motions_with_other_moduli_are_those_of_bodies_of_such_rubbers(whole):
 
 def test_a_region_s_rubber_has_its_own_tolerance(whole):
     tolerances = Tolerances(rubber=0.1, rubbers={"": 0.3})
-    assert next(iter(scatter_of(whole, tolerances)["bend"].causes)).tolerance == pytest.approx(30.0)
+    modulus, *others = scatter_of(whole, tolerances)["bend"].causes
+    assert modulus.tolerance == pytest.approx(30.0) and others[0].unit != "%"
+    again, history, *_ = scatter_of(whole, replace(tolerances, histories={"": 0.05}))["bend"].causes
+    assert again == modulus and history.by == modulus.by and history.tolerance == pytest.approx(5.0)
 
 
 def test_a_body_that_grows_by_a_factor_under_pressure_alone_grows_its_motion(whole):
@@ -108,8 +111,9 @@ def test_castings_off_by_one_deviation_are_solved(whole):
     """With small tolerances the first-order deviation is that of the solutions; they approach it with order 2."""
     far = []
     for part in (0.2, 0.1):
-        usual = {name: value for name, value in vars(Tolerances()).items() if name != "rubbers"}
-        tolerances = Tolerances(**{name: part * value for name, value in usual.items()})
+        usual = {name: value for name, value in vars(Tolerances()).items() if name not in ("rubbers", "histories")}
+        shares = {"rubbers": {"": 0.1 * part}, "histories": {"": 0.05 * part}}
+        tolerances = Tolerances(**{name: part * value for name, value in usual.items()}, **shares)
         scatter = scatter_of(whole, tolerances)["bend"]
         found = one_deviation(whole, "bend", scatter, 4, tolerances)
         middle, deviation = scatter.motion[4], scatter.deviations[4]

@@ -2,14 +2,18 @@
 
 import json
 
+import numpy as np
 import pytest
 from texts import problem_text
 from typer.testing import CliRunner
 
 from pneumorph.cli import app
 from pneumorph.errors import ProblemError
+from pneumorph.interface.design import starting_design
 from pneumorph.interface.tolerance import read_tolerances
 from pneumorph.problem import loads
+from pneumorph.problem.material import elastomer
+from pneumorph.problem.sources import range_of
 
 TASK = """
 [[task]]
@@ -38,6 +42,19 @@ def test_the_command_prints_shares_that_add_up_and_writes_all_figures(file, tmp_
     assert task["deviation"][2] ** 2 == pytest.approx(
         sum((cause["tolerance"] * cause["by"][2]) ** 2 for cause in task["causes"])
     )
+
+
+def test_a_rubber_of_the_library_scatters_as_its_sources_do_and_is_solved_at_their_ends(tmp_path):
+    text = problem_text(TASK, material='name = "Dragon Skin 10"')
+    report = starting_design(loads(text).with_changes({"mesh.size": "8 mm"})).tolerance(wall="0 mm", shift="0 mm")
+    causes = {cause.name: cause for cause in report.tasks["extend"].causes}
+    low, high = range_of(elastomer("Dragon Skin 10"))
+    assert causes["modulus of the rubber"].tolerance == pytest.approx(50 * np.log(high / low))
+    assert causes["creep, cycles of the rubber"].tolerance == pytest.approx(5.0)
+    ends = report.ends["extend"]
+    assert list(ends) == [low, high]
+    assert ends[low][2] == pytest.approx(report.tasks["extend"].motion[2], rel=1e-4) and ends[high][2] < ends[low][2]
+    assert "43 kPa: " in str(report) and report.to_json()["extend"]["sources"][1]["shear_modulus_MPa"] == high
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from pneumorph.problem.material import elastomer, library
-from pneumorph.problem.sources import chosen, deviation_of, doubt, other_sources, range_of
+from pneumorph.problem.sources import chosen, deviation_of, doubt, history_of, other_sources, range_of
 
 WITH_OTHERS = [name for name, table in library().items() if "others" in table]
 
@@ -42,3 +42,10 @@ def test_a_rubber_with_one_source_has_no_doubt_unless_its_scatter_is_known():
     one = elastomer("Hei-Cast 8400")
     assert doubt(one) is None and deviation_of(one) is None
     assert "± 7 %" in doubt(one.model_copy(update={"scatter": 0.07}))
+
+
+def test_what_time_does_is_told_where_a_public_test_tells_it():
+    history = history_of(elastomer("Dragon Skin 10"))
+    assert 0.0 < history.deviation < 0.2 and "2201.12560" in history.source
+    assert history_of(elastomer("Hei-Cast 8400")) is None
+    assert history_of(elastomer("Dragon Skin 10").model_copy(update={"density": 1e-9})) is None

@@ -51,6 +51,8 @@ class Tolerances:
         Of weight, springs and loads of the plate, and of the stiffness of sheets and fibres, relative.
     rubbers : {region: float}
         Of the moduli of single regions' rubbers, relative.
+    histories : {region: float}
+        Of the same by loading, unloading and time, relative, where they are known.
     """
 
     rubber: float = 0.1
@@ -61,6 +63,7 @@ class Tolerances:
     scale: float = 0.003
     load: float = 0.05
     rubbers: Mapping[str, float] = field(default_factory=dict)
+    histories: Mapping[str, float] = field(default_factory=dict)
 
 
 UNITS = {"mm": 1.0, "°": float(np.radians(1.0)), "kPa": 1e-3, "%": 0.01}
@@ -219,7 +222,8 @@ def _solved(
         whole.analysis.equilibria[task].state,
         whole.disc.tangents[task],
     )
-    softer = 1.0 / (1.0 + way * changes["modulus of the rubber"])
+    stiffer = changes["modulus of the rubber"] + changes.get("creep, cycles of the rubber", 0.0)
+    softer = 1.0 / (1.0 + way * stiffer)
     more = np.array([changes.get(f"pressure of {chamber}", 0.0) for chamber in at.model.chambers])
     scaled = {
         part: softer * (1.0 + way * changes.get(name, 0.0)) * np.asarray(getattr(at.loads, part))
@@ -238,8 +242,10 @@ def _solved(
 
 def _of_rubbers(slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:
     for region, by in slopes.moduli.items():
-        name = f"modulus of {region}" if region else "modulus of the rubber"
-        yield _cause(name, "%", tolerances.rubbers.get(region, tolerances.rubber), by)
+        name = region or "the rubber"
+        yield _cause(f"modulus of {name}", "%", tolerances.rubbers.get(region, tolerances.rubber), by)
+        if history := tolerances.histories.get(region):
+            yield _cause(f"creep, cycles of {name}", "%", history, by)
 
 
 def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:

@@ -17,7 +17,7 @@ from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.judge import Fit, faults
 from pneumorph.problem.delimited import number
 from pneumorph.problem.material import Material, library
-from pneumorph.problem.sources import chosen, deviation_of, other_sources, range_of
+from pneumorph.problem.sources import chosen, deviation_of, history_of, other_sources, range_of
 
 COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "scatter", "source")
 
@@ -67,6 +67,7 @@ def _entry(name: str) -> dict[str, Any]:
         "shear_modulus_range_MPa": range_of(elastomer),
         "scatter": deviation_of(elastomer),
         "chosen": library()[name].get("chosen"),
+        "history": library()[name].get("history"),
         "exports": list(formats_of(rubber)),
     }
 
@@ -91,6 +92,9 @@ def _describe(console: Console, name: str) -> None:
         console.print(Text(f"  {key:<8} {words}"), soft_wrap=True)
     for each in other_sources(elastomer):
         console.print(Text(f"  {'others':<8} shear {each.shear_modulus:.4g} MPa: {each.source}"), soft_wrap=True)
+    if history := history_of(elastomer):
+        told = f"± {100 * history.deviation:.2g} % of the moduli by loading, unloading and time: {history.source}"
+        console.print(Text(f"  {'history':<8} {told}"), soft_wrap=True)
     if why := chosen(elastomer):
         console.print(Text(f"  {'chosen':<8} {why}"), soft_wrap=True)
     if ends := range_of(elastomer):

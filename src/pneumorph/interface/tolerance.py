@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,11 +15,14 @@ from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.material import Material
 from pneumorph.problem.materials import materials
 from pneumorph.problem.objectives.words import motion_word
-from pneumorph.problem.sources import MOST_DEVIATION, deviation_of, doubt, range_of
+from pneumorph.problem.sources import MOST_DEVIATION, deviation_of, doubt, history_of, range_of
 from pneumorph.results import Fields, Scatter, TaskResult, to_json
 from pneumorph.units import ANGLE, LENGTH, PRESSURE, Kind, parse, text_of
+
+_Known = TypeVar("_Known")
 
 KINDS: Mapping[str, Kind | None] = {
     "rubber": None, "pressure": PRESSURE, "wall": LENGTH, "shift": LENGTH, "tilt": ANGLE, "scale": None, "load": None,
@@ -118,8 +121,10 @@ def tolerance_report(
         If the whole body cannot be meshed or has no equilibrium.
     """
     tolerances = read_tolerances(given)
+    histories = {region: each.deviation for region, each in _by_region(problem, history_of).items()}
+    tolerances = replace(tolerances, histories=histories)
     if "rubber" not in given:
-        tolerances = replace(tolerances, rubbers=_of_sources(problem))
+        tolerances = replace(tolerances, rubbers=_by_region(problem, deviation_of))
     if tasks is not None:
         problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
     whole = analyse_near(problem, body, (), stored, results)
@@ -135,12 +140,11 @@ def tolerance_report(
     return ToleranceReport(problem, scatters, solved, ends)
 
 
-def _of_sources(problem: Problem) -> dict[str, float]:
-    """The relative deviations of the moduli of rubbers of which they are known, by region."""
+def _by_region(problem: Problem, known: Callable[[Material], _Known | None]) -> dict[str, _Known]:
+    """What is known of the rubber of every region, where it is."""
     rubbers = materials(problem)
-    alone = len(rubbers) == 1
-    known = {name: deviation_of(material) for name, material in rubbers.items()}
-    return {"" if alone else name: deviation for name, deviation in known.items() if deviation is not None}
+    found = {name if len(rubbers) > 1 else "": known(material) for name, material in rubbers.items()}
+    return {name: value for name, value in found.items() if value is not None}
 
 
 def _at_ends(whole: Solved, task: str) -> dict[float, np.ndarray | None]:

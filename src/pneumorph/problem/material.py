@@ -235,9 +235,9 @@ MODELS = {
 _PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} - {"name"} | {"youngs_modulus", "shore"}
 
 
-BESIDE = ("assumed", "others", "chosen")
-"""Keys in the library that are no keys of [material]: what a source does not give, what other sources give, and why the
-library has the value that it has."""
+BESIDE = ("assumed", "others", "chosen", "history")
+"""Keys in the library that are no keys of [material]: what a source does not give, what other sources give, why the
+library has the value that it has, and how far loading, unloading and time change the moduli."""
 
 MOST_COMPARED = 100
 """Letters of a name that is compared with those of the library."""

@@ -1,4 +1,4 @@
-"""What other sources say of the rubbers of the library, and how far they differ."""
+"""What other sources say of the rubbers of the library, how far they differ, and what time does to them."""
 
 from __future__ import annotations
 
@@ -53,6 +53,19 @@ def deviation_of(material: RubberModel) -> float | None:
         return material.scatter
     ends = range_of(material)
     return None if ends is None else min(math.log(ends[1] / ends[0]) / 2.0, MOST_DEVIATION)
+
+
+class History(NamedTuple):
+    """What loading, unloading and time do to the moduli of a rubber: a relative standard deviation, and its source."""
+
+    deviation: float
+    source: str
+
+
+def history_of(material: RubberModel) -> History | None:
+    """What is known of creep and hysteresis of a rubber of the library; None where no public test tells."""
+    entry = _entry(material).get("history")
+    return None if entry is None else History(entry["deviation"], entry["source"])
 
 
 def doubt(material: RubberModel) -> str | None:
