@@ -109,7 +109,7 @@ def parse(text: Any, kind: Kind) -> float:
         raise ValueError(f'"{short(text)}" is not a number with a unit; {fix}')
     number, unit = match.groups()
     if not unit:
-        raise ValueError(f'"{short(text)}" has no unit; {fix}')
+        raise ValueError(f'"{short(text.strip())}" has no unit; {fix}')
     value = float(Decimal(number) * _factor(unit, kind))
     if not abs(value) <= kind.most:
         raise ValueError(f'"{short(text)}" is too large; {fix}')

@@ -154,7 +154,7 @@ def _words(problem: Problem, index: int, beam: Beam) -> str:
     if beam.angle > TURNED:
         parts.append(f"would bend by {math.degrees(beam.angle):.0f}°")
     if beam.compression > 1.0:
-        parts.append(f"bears {beam.compression:.2g} times its buckling load")
+        parts.append(f"carries {beam.compression:.2g} times its buckling load")
     if abs(beam.strain) > STRETCHED:
         parts.append(f"is strained by {100.0 * beam.strain:.0f} % along its axis")
     key = key_of_loads(problem, index).rpartition(".")[2]

@@ -203,7 +203,7 @@ def calibrate(
     fit: Annotated[
         str, typer.Option(metavar="modulus,wall,pressure", help="What is fitted, separated by commas.")
     ] = "modulus",
-    task: Annotated[str | None, typer.Option(help="Whose loads act; by default the first.")] = None,
+    task: Annotated[str | None, typer.Option(help="The task whose loads act; by default the first.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the problem with the rubber found to this file.")] = None,
     design: DesignNumber = None,
     trust: Trusted = False,

@@ -45,7 +45,7 @@ def draw(
     if not source.is_dir():
         start = design_of(source, design, asking(trust))
         if picture not in ("body", "inflation"):
-            raise ProblemError(f'draw: "{picture}" is a picture of a run; of a problem file draw body or inflation')
+            raise ProblemError(f'draw: "{picture}" cannot be drawn of a problem file; draw body or inflation')
         suffix = format or ("png" if picture == "body" else "gif")
         path = source.with_name(f"{source.stem}_{picture}.{suffix}") if out is None else out
         if picture == "body":

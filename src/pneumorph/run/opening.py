@@ -69,7 +69,9 @@ def open_run(path: str | Path) -> RunDirectory:
     """
     path = Path(path)
     if not (path / "problem.toml").exists():
-        raise ProblemError(f"{path}: is not a run directory (no problem.toml in it); name the --out of a design")
+        raise ProblemError(
+            f"{path}: is not a run directory (no problem.toml in it); give the one that pneumorph design wrote"
+        )
     return RunDirectory(path, _problem_of(path))
 
 
