@@ -98,7 +98,7 @@ def test_a_bellows_has_the_volume_of_its_cones(tmp_path):
 def test_a_kind_is_within_its_limits_and_is_solved(tmp_path, kind):
     problem = load(BODIES[kind]().write(tmp_path / "robot"))
     design = starting_design(problem.with_changes({"mesh.size": f"{2.0 * problem.mesh.size} mm"}))
-    assert kind == "cup" or all(limit.satisfied() for limit in design.limits)
+    assert all(limit.satisfied() for limit in design.limits)
     pressures = {each.name: "-2 kPa" if kind == "cup" else "2 kPa" for each in problem.body.chamber}
     [step] = design.simulate(pressures).steps
     assert step.stable and step.volumes

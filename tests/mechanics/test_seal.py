@@ -13,6 +13,7 @@ from pneumorph.mechanics.elements import sums
 from pneumorph.mechanics.setup import model_of
 from pneumorph.mechanics.solve.equilibrium import build_loads, configure
 from pneumorph.mechanics.solve.forces import contact_forces
+from pneumorph.objective.features import measure_features
 from pneumorph.problem import loads
 
 CUP = """
@@ -107,6 +108,15 @@ def test_the_pull_is_what_moves_the_plane(cup):
     assert touched.normal["plate"] > 0.1
     assert touched.pull["plate"] == pytest.approx(slope, rel=1e-6)
     assert touched.pull["plate"] + touched.normal["plate"] == pytest.approx(0.02 * np.pi * 36.0, rel=2e-3)
+
+
+def test_features_are_those_with_the_plane_in_its_place_unless_it_is_given(cup):
+    """The rates of a design's motion are asked for without poses."""
+    _, mesh, model = cup
+    state = model.state(np.zeros(model.size))
+    for shift in (None, pose(0.0)):
+        found = measure_features(model, mesh.points, state, shift=shift)
+        assert float(found.volume["A"]) == pytest.approx(np.pi * 36.0 * 11.0, rel=2e-3)
 
 
 @pytest.mark.parametrize("seal", ['seal = "table"', "seal = 3"])

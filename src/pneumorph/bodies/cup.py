@@ -63,4 +63,5 @@ def cup(
     part = Part(True, "turned", tuple(value for corner in corners for value in corner))
     touch = 0.2 * thick
     values = {"inside": top - 0.5 * deep, "plate": top + touch, "touch": touch, "size": max(1.5 * thick, 1.5)}
+    values |= {"far": 1.05 * lip, "pull": 0.05 * lip, "least": 0.75 * thick, "spacing": max(0.2 * lip, 1.5 * thick)}
     return Start(text_with("cup", values, {"top": top}), (part,))

@@ -205,8 +205,8 @@ def element_sums(
         centre = tip_centre(model.tip, X, X)
         face = sums.summed(_face_moments, model.face, X, u, centre)
         below = _moments(model, X, u, equidistant(SECTIONS_TO_TIP, float(centre[2])))
-    volume = volumes_of(model, X, u, shift)
     poses = _poses(model, state, shift)
+    volume = volumes_of(model, X, u, poses)
     touching = pressing.pressed(model.contact, X + u, poses)
     return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below, touching, poses)
 
@@ -238,8 +238,9 @@ def sums_pulled_back(
     nodes = Displacement(model.tip, X, state)
     u = nodes.u
     by_X, by_u = np.zeros((2, len(cotangents.plate), *X.shape))
+    poses = _poses(model, state, shift)
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
-    parts = [(measure, part, cotangents.volume, given) for measure, part, given in volume_parts(model, shift)]
+    parts = [(measure, part, cotangents.volume, given) for measure, part, given in volume_parts(model, poses)]
     for number, elements in enumerate(_tets_of_slabs(model, X, slabs)):
         parts.append((_slab_moments, elements, cotangents.sections[:, [number]], (slabs.middle[[number]], slabs.half)))
     if not model.plate:
@@ -253,7 +254,7 @@ def sums_pulled_back(
             by_u[some] += other
     by_poses = np.array(cotangents.poses)
     if model.contact is not None:
-        by_x, by_touched = pressing.pulled_back(model.contact, X + u, _poses(model, state, shift), cotangents.contact)
+        by_x, by_touched = pressing.pulled_back(model.contact, X + u, poses, cotangents.contact)
         by_X += by_x
         by_u += by_x
         by_poses += by_touched
