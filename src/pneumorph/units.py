@@ -65,6 +65,7 @@ STANDARD_GRAVITY = 9810.0
 ANGLE = Kind("an angle", "rad", "deg", "30 deg", 63.0)
 ANGLE_PER_PRESSURE = Kind("a rotation per pressure", "rad/MPa", "deg/kPa", "2 deg/kPa")
 LENGTH_PER_PRESSURE = Kind("a motion per pressure", "mm/MPa", "mm/kPa", "0.5 mm/kPa")
+SHARE = Kind("a percentage", "dimensionless", "%", "1 %", 0.5)
 MASS = Kind("a mass", "t", "g", "20 g")
 FORCE = Kind("a force", "N", "N", "2 N", 1e8)
 MOMENT = Kind("a moment", "N*mm", "N*mm", "50 N*mm", 1e11)
@@ -159,6 +160,7 @@ def write(value: float, kind: Kind) -> str:
 def _factor(unit: str, kind: Kind) -> Decimal:
     """Value of one `unit` in the unit used in the code."""
     fix = f'write e.g. "{kind.example}"'
+    unit = "percent" if unit == "%" else unit
     if _UNIT.fullmatch(unit) is None:
         raise ValueError(f'"{short(unit)}" is not a unit; {fix}')
     try:

@@ -7,12 +7,14 @@ import pytest
 from texts import TWO_BESIDE, problem_text
 
 from pneumorph.analysis import analyse_body
-from pneumorph.analysis.accuracy import BEYOND, finest_motions, mesh_errors, on_refined
+from pneumorph.analysis.accuracy import BEYOND, fine_results, mesh_errors, on_refined
+from pneumorph.analysis.simulate import prepare_simulation
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import Tangent, model_of, solve
 from pneumorph.mesh.refine import refine
 from pneumorph.objective import measure_features
 from pneumorph.problem import loads
+from pneumorph.results import SweepStep, from_json, to_json
 
 TWO = """
 [end_effector]
@@ -29,11 +31,38 @@ name = "move"
 pressure = { A = "20 kPa" }
 objective = { motion = "extension" }
 """
+FIBRES = """
+[[fibres]]
+name = "wrap"
+surfaces = ["exterior"]
+stiffness = "5 N/mm"
+winding = "70 deg"
+"""
+SHEET = """
+[[membrane]]
+name = "patch"
+surfaces = ["exterior"]
+stiffness = "2 N/mm"
+angles = ["20 deg", "200 deg"]
+"""
+WALL = """
+[[obstacle]]
+name = "wall"
+kind = "plane"
+point = ["0 mm", "0 mm", "24.2 mm"]
+normal = [0, 0, -1]
+[contact]
+self = false
+"""
+HARD = ONE.replace("20 kPa", "200 kPa")
 CASES = {
     "plain": ("", TWO, TWO_BESIDE, "quadratic"),
     "mixed": ("", TWO, TWO_BESIDE, "mixed"),
     "quarter, mixed": ('symmetry = { mirror = ["xz", "yz"] }', ONE, None, "mixed"),
     "sector": ("symmetry = { rotation = 3 }", ONE, None, "quadratic"),
+    "fibres": ("", HARD + FIBRES, None, "quadratic"),
+    "sheet, half": ('symmetry = { mirror = ["yz"] }', HARD.replace("extension", "bending_x") + SHEET, None, "mixed"),
+    "pressed": ("", HARD + WALL, None, "quadratic"),
 }
 
 
@@ -50,10 +79,36 @@ def test_the_estimate_is_what_one_refinement_changes(case):
     model = model_of(problem, fine.mesh)
     (coarse,), (equilibrium,) = at.analysis.configurations.values(), at.analysis.equilibria.values()
     there = replace(coarse, model=model, X=fine.mesh.points)
-    solved = solve(there, Tangent(model), on_refined(at.disc, fine, coarse, equilibrium.state))
+    solved = solve(there, Tangent(model), on_refined(fine, coarse, equilibrium.state))
     moved = measure_features(model, there.X, solved.state)
     change = np.concatenate([moved.translation, moved.rotation]) - error.motion
     largest = np.abs(change).max()
     assert largest > 1e-4
     np.testing.assert_allclose(error.missing / BEYOND, change, atol=0.1 * largest)
-    assert finest_motions(problem, at.disc, at.analysis)["move"] == pytest.approx(error.corrected.tolist())
+    assert (error.here.contact_normal.get("wall", 1.0)) > 0.1
+    again = fine_results(problem, at.disc, at.analysis)["move"]
+    assert again.translation == pytest.approx(error.fine.translation, rel=1e-6, abs=1e-9)
+
+
+def test_gas_is_compressed_on_the_refined_mesh_too():
+    """Where pressures follow from volumes, the state on the refined mesh is searched for with them."""
+    text = problem_text(TWO.replace(', B = "5 kPa"', ""), radius=10, chambers=TWO_BESIDE)
+    text = text.replace('name = "B"', 'name = "B"\ngas = { pressure = "10 kPa" }')
+    problem = loads(text).with_changes({"mesh.size": "8 mm"})
+    at = analyse_body(problem, starting_body(problem.tubes))
+    (error,) = mesh_errors(problem, at.disc, at.analysis).values()
+    assert error.fine.searched and 0.0 < np.abs(error.missing[:3]).max() < np.abs(error.motion[:3]).max()
+    assert error.fine.volumes["B"] != pytest.approx(error.here.volumes["B"], rel=1e-9)
+
+
+def test_the_last_step_of_a_sweep_has_the_error_of_the_mesh():
+    text = problem_text(ONE + '[end_effector]\nhold = ["axial"]\n', radius=10)
+    problem = loads(text).with_changes({"mesh.size": "8 mm"})
+    body = starting_body(problem.tubes)
+    curves = []
+    steps = list(prepare_simulation(problem, body, {"move": {"A": 0.02}}, {"A": "0:20:20 kPa"}).run(curves))
+    assert [step.fine_translation is None for step in steps] == [True, False]
+    assert curves[0].steps == steps and from_json(SweepStep, to_json(steps[1])) == steps[1]
+    blocked, fine = steps[1].reaction["axial"], steps[1].fine_reaction["axial"]
+    assert blocked < fine < 1.3 * blocked
+    assert steps[1].volumes["A"] < steps[1].fine_volumes["A"]

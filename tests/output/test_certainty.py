@@ -1,14 +1,16 @@
 """What the summary of a run says of how sure a motion is."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 from tiny import tiny
 
-from pneumorph.output.certainty import certainty
+from pneumorph.output.certainty import certainty, of_step, of_the_mesh
 from pneumorph.problem import loads
-from pneumorph.results import MotionRates
+from pneumorph.problem.objectives.words import Amount
+from pneumorph.results import FineResult, MotionRates, SweepStep
 
 STATE = cast(Any, SimpleNamespace(translation=(0.0, 0.0, 2.0), rotation=(0.0, 0.0, 0.5)))
 
@@ -23,3 +25,28 @@ def test_units_stand_as_behind_motions(motion, rate):
 def test_of_pressures_that_are_not_given_nothing_is_said():
     objective = loads(tiny()).task[0].objective
     assert not any("changes by" in sentence for sentence in certainty(objective, STATE, MotionRates({})))
+
+
+def fine(**changes):
+    return FineResult(0.0, {}, (0.0, 0.0, 2.25), (0.0, 0.0, 0.51), {}, **changes)
+
+
+@pytest.mark.parametrize(
+    ("motion", "told"), [("twist", "28.65 ± 0.57° (mesh)"), ("extension", "2.00 ± 0.25 mm (mesh)")]
+)
+def test_errors_of_the_mesh_stand_beside_motions_in_their_units(motion, told):
+    objective = loads(tiny().replace('motion = "extension"', f'motion = "{motion}"')).task[0].objective
+    (sentence,) = of_the_mesh(objective, STATE, fine())
+    assert told in sentence
+
+
+def test_a_target_stands_beside_a_value_with_its_error():
+    assert Amount(59.871, "°", "", 60.0).with_error(Amount(61.05, "°", "")) == "59.87 ± 1.2° (mesh; target 60°)"
+    assert Amount(1.5, "N", "").with_error(Amount(1.4, "N", "")) == "1.5 ± 0.1 N (mesh)"
+
+
+def test_a_step_without_an_estimate_says_nothing():
+    step = SweepStep("extend", {"A": 0.01}, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), reaction={"axial": 3.0})
+    assert of_step(step) == ""
+    known = replace(step, fine_translation=(0.0, 0.0, 2.1), fine_rotation=(0.0, 0.0, 0.0), fine_reaction={"axial": 3.5})
+    assert "extension 2.00 ± 0.1 mm" in of_step(known) and "axial 3 ± 0.5 N" in of_step(known)

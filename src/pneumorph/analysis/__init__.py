@@ -1,6 +1,6 @@
 """Analysis of one design: mesh, equilibria of its tasks, gradient, and what is reported and stored of it."""
 
-from pneumorph.analysis.accuracy import finest_motions
+from pneumorph.analysis.accuracy import fine_results
 from pneumorph.analysis.analyse import (
     Analysis,
     Discretisation,
@@ -20,6 +20,7 @@ from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_bod
 from pneumorph.analysis.limited import motion_rows, motion_sizes, sensitivities, sensitivity_rows
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
+from pneumorph.analysis.sized import outgrown
 from pneumorph.analysis.slopes import (
     Slopes,
     design_gradient,
@@ -55,7 +56,7 @@ __all__ = [
     "design_slopes",
     "discretise",
     "expect_limit_points",
-    "finest_motions",
+    "fine_results",
     "lateral_slope_of",
     "lateral_stability",
     "lateral_stiffness",
@@ -66,6 +67,7 @@ __all__ = [
     "motion_rows",
     "motion_sizes",
     "near_margins",
+    "outgrown",
     "predict_states",
     "prepare_simulation",
     "run_gradient_check",

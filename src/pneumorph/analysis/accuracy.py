@@ -1,23 +1,42 @@
-"""How far motions are from those on infinitely fine meshes: an estimate by the adjoint on a refined mesh.
+"""How far a state is from that on infinitely fine meshes: an estimate by one Newton step on a refined mesh.
 
 Every element is divided into eight, so a state u of the mesh is also one of the refined mesh, where its residual R is
-not zero. With the adjoint z of a motion m of the tip there, the motion on the refined mesh is m(u) − zᵀR to first
-order: a linear solution in place of the whole search (Becker and Rannacher 2001, Acta Numerica 10, 1–102). What
-further refinement adds is taken from the order with which errors fall.
+not zero. The state there is u − K⁻¹R to first order. To that order a motion m changes by −zᵀR with its adjoint z,
+K z = ∂m/∂u, the residual weighted by the dual solution (Becker and Rannacher 2001, Acta Numerica 10, 1–102): one
+factorisation in place of the whole search. Further steps with the same factorisation follow; where they do not
+converge, as where fibres become slack or contact moves, the state on the refined mesh is searched for. What further
+refinement adds is taken from the order with which errors fall.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import jax
 import numpy as np
 
-from pneumorph.analysis.analyse import Analysis, Discretisation
-from pneumorph.mechanics import Configuration, State, Tangent, displacement, model_of
-from pneumorph.mechanics.solve.balance import residual_at
+from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
+from pneumorph.analysis.collect import vector
+from pneumorph.mechanics import (
+    Configuration,
+    Model,
+    NoEquilibrium,
+    State,
+    Tangent,
+    displacement,
+    model_of,
+    rotation_vector,
+    settled,
+    solve,
+)
+from pneumorph.mechanics.assembly.linear import SingularMatrix
+from pneumorph.mechanics.elements.plate import rotation
+from pneumorph.mechanics.solve.balance import apart, free_share, length, residual_at
+from pneumorph.mesh import TetMesh
 from pneumorph.mesh.refine import Refined, refine
+from pneumorph.objective import Features, Objective
 from pneumorph.problem import Problem
-from pneumorph.sensitivity import tip_motion_adjoints
+from pneumorph.results import FineResult
 
 ORDER = 1.2
 """Order in the size of elements with which errors of motions are taken to fall. It is 4 for smooth solutions, but at
@@ -31,62 +50,170 @@ BEYOND = 1.0 / (1.0 - 2.0**-ORDER)
 MOST = 80_000
 """Elements of refined meshes that are small enough for the end of a run, in time and memory."""
 
+STEPS, CLOSE, CONTRACTING = 4, 0.03, 0.5
+"""Most steps with a factorisation; the part of the first below which they end; and the largest part of the last that a
+step may be: else the state is searched for."""
+
+MOST_FACTORISATIONS = 30
+"""Of such a search."""
+
+LEVER = 10.0
+"""mm: the distance at which a rotation is compared with a translation, about the radius of a body."""
+
 
 @dataclass(frozen=True)
 class MeshError:
-    """Motions (6,) of the tip on a mesh, mm and rad, and what they would be more on infinitely fine meshes."""
+    """How far the result of a task is from that on infinitely fine meshes.
 
-    motion: np.ndarray
-    missing: np.ndarray
+    Attributes
+    ----------
+    here, fine : FineResult
+        What is reported on the mesh, and what would be on infinitely fine meshes.
+    """
+
+    here: FineResult
+    fine: FineResult
+
+    @property
+    def motion(self) -> np.ndarray:
+        """Translation (mm) and rotation vector (rad) (6,) of the tip on the mesh."""
+        return np.array([*self.here.translation, *self.here.rotation])
+
+    @property
+    def missing(self) -> np.ndarray:
+        """What they would be more (6,) on infinitely fine meshes."""
+        return self.corrected - self.motion
+
+    @property
+    def share(self) -> float:
+        """The error over the motion, where rotations count as the motion of a point at the distance `LEVER`."""
+        weights = np.repeat([1.0, LEVER], 3)
+        return float(np.linalg.norm(weights * self.missing) / max(np.linalg.norm(weights * self.motion), 1e-9))
 
     @property
     def corrected(self) -> np.ndarray:
         """The estimate (6,) of the motions without the error of the mesh."""
-        return self.motion + self.missing
+        return np.array([*self.fine.translation, *self.fine.rotation])
+
+
+@dataclass(frozen=True, eq=False)
+class RefinedModel:
+    """A refined mesh with its model."""
+
+    fine: Refined
+    model: Model
+
+    def near(self, at: Configuration, state: State) -> tuple[Configuration, State, bool] | None:
+        """The state near one of the coarser mesh, and whether it had to be searched for; None if none is found.
+
+        Parameters
+        ----------
+        at, state : of the coarser mesh.
+        """
+        there = replace(at, model=self.model, X=self.fine.mesh.points)
+        start = on_refined(self.fine, at, state)
+        tangent = Tangent(self.model)
+        corrected = _corrected(there, tangent, start)
+        if corrected is not None:
+            return there, corrected, False
+        found = solve(there, tangent, start, DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
+        return None if isinstance(found, NoEquilibrium) else (settled(there, found), found.state, True)
+
+
+def refined_model(problem: Problem, mesh: TetMesh) -> RefinedModel:
+    """A mesh of a problem's body, refined."""
+    fine = refine(mesh)
+    return RefinedModel(fine, model_of(problem, fine.mesh))
 
 
 def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, MeshError]:
-    """The error of the tip's motion by the mesh in every task: one factorisation of the refined mesh for each.
+    """The error by the mesh in every task: mostly one factorisation of the refined mesh for each.
+
+    Tasks of which no state is found on the refined mesh are left out.
 
     Parameters
     ----------
     problem : of the design.
     disc, analysis : its mesh and its states.
-
-    Raises
-    ------
-    ValueError
-        If it has sheets or fibres, of which the parts of faces are not refined.
     """
-    fine = refine(disc.morph.mesh.at(analysis.X))
-    model = model_of(problem, fine.mesh)
-    errors = {}
+    refined, errors = refined_model(problem, disc.morph.mesh.at(analysis.X)), {}
     for name, at in analysis.configurations.items():
-        state = on_refined(disc, fine, at, analysis.equilibria[name].state)
-        there = replace(at, model=model, X=fine.mesh.points)
-        motion, adjoints = tip_motion_adjoints(there, Tangent(model), state)
-        residual = residual_at(there, model.vector(state))
-        errors[name] = MeshError(motion, -BEYOND * (adjoints @ residual))
+        objective, state = disc.objectives[name], analysis.equilibria[name].state
+        found = refined.near(at, state)
+        if found is not None:
+            there, near, searched = found
+            here = objective.features(at.model, at.X, state)
+            moved = extrapolated(here, objective.features(there.model, there.X, near))
+            errors[name] = MeshError(*(_result(objective, each, searched) for each in (here, moved)))
     return errors
 
 
-def finest_motions(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, tuple[float, ...]]:
-    """Estimates of the tip's motions in every task without the error of the mesh, where they take little time.
+def beyond(here: float, fine: float) -> float:
+    """A value on infinitely fine meshes, by those on a mesh and on that refined once."""
+    return here + BEYOND * (fine - here)
+
+
+def extrapolated(here: Features, fine: Features) -> Features:
+    """Features on infinitely fine meshes, by those on a mesh and on that refined once."""
+    found = jax.tree.map(lambda one, other: np.asarray(beyond(one, other)), here, fine)
+    turns = [rotation_vector(to @ of.T) for of, to in zip(here.section_rotation, fine.section_rotation, strict=True)]
+    whole = [rotation(BEYOND * turn) @ of for turn, of in zip(turns, here.section_rotation, strict=True)]
+    return found._replace(section_rotation=np.array(whole).reshape(-1, 3, 3))
+
+
+def _result(objective: Objective, moved: Features, searched: bool) -> FineResult:
+    """What is reported of features."""
+    return FineResult(
+        objective=float(objective.value(moved)),
+        errors={name: float(error(moved)) for name, error in objective.errors.items()},
+        translation=vector(moved.translation),
+        rotation=vector(moved.rotation),
+        volumes={name: float(volume) for name, volume in moved.volume.items()},
+        contact={name: vector(on.force) for name, on in moved.contact.items()},
+        contact_normal={name: float(on.normal) for name, on in moved.contact.items()},
+        contact_area={name: float(on.area) for name, on in moved.contact.items()},
+        searched=searched,
+    )
+
+
+def _corrected(at: Configuration, tangent: Tangent, state: State) -> State | None:
+    """The state after a few Newton steps with the tangent of the given one; None if they do not converge."""
+    if at.enclosed is not None or not apart(at, vector := at.model.vector(state)):
+        return None
+    try:
+        tangent.factorise(at, state)
+    except SingularMatrix:
+        return None
+    sizes = list[float]()
+    for _ in range(STEPS):
+        step = -tangent.precondition(residual_at(at, vector))
+        sizes.append(length(at, step))
+        if not np.isfinite(sizes[-1]) or (len(sizes) > 1 and sizes[-1] > CONTRACTING * sizes[-2]):
+            return None
+        if free_share(at, vector, step) < 1.0:
+            return None
+        vector = vector + step
+        if sizes[-1] <= CLOSE * sizes[0] and len(sizes) > 1:
+            return at.model.state(vector)
+    return None
+
+
+def fine_results(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, FineResult]:
+    """Results of tasks without the error of the mesh, where they take little time.
 
     Parameters
     ----------
     problem : of the design.
     disc, analysis : its mesh and its states.
     """
-    if disc.model.reinforcements or 8 * disc.model.elements > MOST:
+    if 8 * disc.model.elements > MOST:
         return {}
-    errors = mesh_errors(problem, disc, analysis)
-    return {name: tuple(map(float, error.corrected)) for name, error in errors.items()}
+    return {name: error.fine for name, error in mesh_errors(problem, disc, analysis).items()}
 
 
-def on_refined(disc: Discretisation, fine: Refined, at: Configuration, state: State) -> State:
+def on_refined(fine: Refined, at: Configuration, state: State) -> State:
     """A state of a mesh as one of the refined mesh."""
-    model, u = disc.model, fine.P @ displacement(disc.model.tip, at.X, state)
+    model, u = at.model, fine.P @ displacement(at.model.tip, at.X, state)
     if not model.mixed:
         return state._replace(u=u)
     coarse = np.asarray(state.hydrostatic).reshape(len(model.rubbers), -1)

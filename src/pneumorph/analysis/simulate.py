@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from pneumorph.analysis.accuracy import MOST, beyond, extrapolated, refined_model
 from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.collect import by_region, poses_of, vector
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
@@ -28,6 +29,7 @@ from pneumorph.mechanics import (
     configure,
     contact_forces,
     enclosed_of,
+    exerted_on_blocks,
     guided_of,
     loads_of,
     model_of,
@@ -170,12 +172,14 @@ class Simulation:
                     _volumes(self.problem, tasks[0], *each) for each in zip(path.steps, path.volumes, strict=True)
                 ]
                 configurations = list(starmap(self._configured, zip(along, poses, under, filled, strict=True)))
-                found = self._sweep(configurations, tangent, whole)
-                for pressures, posed, (at, answer) in zip(along, poses, found, strict=True):
+                found = enumerate(self._sweep(configurations, tangent, whole), start=1)
+                for pressures, posed, (number, (at, answer)) in zip(along, poses, found, strict=True):
                     moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
                     own_skin = whole_skin if whole and at.model is whole.model else skin
                     step = step_of(tasks[0], pressures, at, answer, own_skin)
                     step = replace(step, moves=moves, turns=turns)
+                    if number == len(configurations) and isinstance(answer, Equilibrium):
+                        step = self._with_error(step, at, answer, whole)
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, answer)))
                         yield curve.steps[-1]
@@ -197,6 +201,32 @@ class Simulation:
         if whole is not None:
             return _sweep_of_part(path, tangent, whole)
         return zip(path, sweep(path, tangent), strict=True)
+
+    def _with_error(self, step: SweepStep, at: Configuration, answer: Equilibrium, whole: Whole | None) -> SweepStep:
+        """A step with estimates of its values without the error of the mesh, where that takes little time."""
+        if self.friction or at.model.elements > MOST // 8:
+            return step
+        mesh = whole.image.mesh if whole and at.model is whole.model else self.mesh
+        here = settled(at, answer)
+        refined = refined_model(self.problem, mesh.at(at.X))
+        found = refined.near(here, answer.state)
+        if found is None:
+            return step
+        there, state, _ = found
+        moved = extrapolated(
+            *(
+                measure_features(each.model, each.X, own, shift=np.asarray(at.loads.shift))
+                for each, own in ((here, answer.state), (there, state))
+            )
+        )
+        forces = _reaction(there, exerted_on_blocks(there, state), np.asarray(state.plate))
+        return replace(
+            step,
+            fine_translation=vector(moved.translation),
+            fine_rotation=vector(moved.rotation),
+            fine_reaction={name: beyond(value, forces[name]) for name, value in step.reaction.items()},
+            fine_volumes={name: float(volume) for name, volume in moved.volume.items()},
+        )
 
     def _errors(self, task: str, at: Configuration, answer: Equilibrium | NoEquilibrium) -> dict[str, float]:
         """Distances of an equilibrium from the target of a task, if it has one."""
@@ -374,7 +404,7 @@ def step_of(
         pressures={**pressures, **answer.enclosed},
         translation=vector(motion.translation),
         rotation=vector(motion.rotation),
-        reaction=_reaction(at, answer),
+        reaction=_reaction(at, answer.reaction, answer.plate),
         volumes=answer.volumes,
         max_stretch=answer.max_stretch,
         beyond_validity=at.model.beyond_validity(answer.stretches),
@@ -400,10 +430,10 @@ def _holds(at: Configuration) -> dict[str, float]:
     return {name: float(value) for name, value in zip(COMPONENTS, held, strict=True) if value}
 
 
-def _reaction(at: Configuration, equilibrium: Equilibrium) -> dict[str, float]:
+def _reaction(at: Configuration, on_blocks: np.ndarray, plate: np.ndarray) -> dict[str, float]:
     """Force (N) or torque (N·mm) that the actuator exerts on the blocks and springs at its plate, by component."""
     spring = at.model.copies * np.asarray(at.loads.spring)
-    exerted = equilibrium.reaction + spring * equilibrium.plate
+    exerted = on_blocks + spring * plate
     return {
         name: float(exerted[index]) for index, name in enumerate(COMPONENTS) if at.blocked[index] or spring[index] > 0.0
     }

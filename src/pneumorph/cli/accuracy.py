@@ -1,7 +1,8 @@
-"""`pneumorph accuracy`: how far motions are from those on infinitely fine meshes."""
+"""`pneumorph accuracy`: how far results are from those on infinitely fine meshes."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from rich.console import Console
@@ -9,7 +10,14 @@ from rich.text import Text
 
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
-from pneumorph.output.certainty import of_the_mesh
+from pneumorph.interface.design import MeshError
+from pneumorph.output.certainty import of_sums, of_the_mesh
+from pneumorph.problem import Problem
+
+SMALL = 0.1
+"""Errors up to this part of a motion are so small that their estimates can be added."""
+CORRECTED = "the values on a fine mesh may be used in place of those of this mesh"
+UNSURE = "the error is so large that the values on a fine mesh are rough: make mesh.size smaller"
 
 
 def accuracy(source: Path, number: int | None, trust: bool) -> None:
@@ -27,14 +35,24 @@ def accuracy(source: Path, number: int | None, trust: bool) -> None:
     Raises
     ------
     ProblemError
-        If the design has sheets or fibres, or an option or the problem has a mistake.
+        If an option or the problem has a mistake.
     ComputationError
         If the body cannot be meshed or has no equilibrium.
     """
     design = design_of(source, number, asking(trust))
-    errors = design.mesh_errors()
     console = Console()
-    for task in design.problem.task:
-        error = errors[task.name]
-        for sentence in of_the_mesh(task.objective, error.motion.tolist(), error.corrected.tolist()):
-            console.print(Text(f"{task.name}: {sentence}"), soft_wrap=True)
+    for name, sentences in told(design.problem, design.mesh_errors()).items():
+        for sentence in sentences:
+            console.print(Text(f"{name}: {sentence}"), soft_wrap=True)
+
+
+def told(problem: Problem, errors: Mapping[str, MeshError]) -> dict[str, list[str]]:
+    """What is printed of every task."""
+    words = {}
+    for task in problem.task:
+        if (error := errors.get(task.name)) is None:
+            words[task.name] = ["not known: no state was found on the refined mesh; halve mesh.size and compare"]
+            continue
+        words[task.name] = [*of_the_mesh(task.objective, error.here, error.fine), *of_sums(error.here, error.fine)]
+        words[task.name].append(CORRECTED if error.share <= SMALL else UNSURE)
+    return words

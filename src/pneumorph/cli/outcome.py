@@ -41,7 +41,7 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     for task in run.problem.task:
         if finer := result.finer.get(task.name):
             here = result.tasks[task.name]
-            for sentence in of_the_mesh(task.objective, (*here.translation, *here.rotation), finer):
+            for sentence in of_the_mesh(task.objective, here, finer):
                 yield Text(f"{task.name}: {sentence}")
         if rates := result.rates.get(task.name):
             for sentence in certainty(task.objective, result.tasks[task.name], rates):
@@ -78,10 +78,12 @@ def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Tab
     for task in problem.task:
         ended = result.tasks[task.name]
         before, after = task.objective.achieved(start.tasks[task.name]), task.objective.achieved(ended)
+        finer = result.finer.get(task.name)
+        told = after.beside_target if finer is None else after.with_error(task.objective.achieved(finer))
         state = Text("stable") if ended.stable else Text(f"not stable {MARK}", style="red")
         if ended.self_intersecting:
             state.append(f", self-intersecting {MARK}", style="red")
-        shown = (f"{before} →", Text(after.beside_target, style="bold"), format_pressures(ended.pressures))
+        shown = (f"{before} →", Text(told, style="bold"), format_pressures(ended.pressures))
         table.add_row(task.name, after.word, *shown, state)
     return table
 

@@ -9,6 +9,7 @@ import numpy as np
 from rich.text import Text
 
 from pneumorph.mechanics import COMPONENTS
+from pneumorph.output.certainty import of_step
 from pneumorph.output.format import SELF_INTERSECTS, format_pressures
 from pneumorph.problem import Task
 from pneumorph.problem.components import is_turn
@@ -57,6 +58,8 @@ class Rows:
         row = self._line(step.task, map(str, cells))
         style = "red" if not step.converged else "yellow" if is_doubtful(step) else ""
         yield Text("  ".join([row, ", ".join(said)]).rstrip(), style=style)
+        if told := of_step(step):
+            yield Text(f"{step.task}: {told}")
 
     def _line(self, first: str, others: Iterable[str]) -> str:
         return "  ".join([f"{first:<{self._first}}", *others])

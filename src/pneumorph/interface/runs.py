@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pneumorph import run
+from pneumorph.analysis.sized import sized
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import space_of
 from pneumorph.interface.design import Design
@@ -268,7 +269,18 @@ def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = F
     asked = _problem(problem, trust)
     # A mistake in a target is reported before the directory is made.
     build_objectives(asked)
-    return Run((run.resume if resume else run.create)(out, asked))
+    return Run((run.resume if resume else run.create)(out, _with_size(asked, Path(out) if resume else None)))
+
+
+def _with_size(problem: Problem, stored: Path | None) -> Problem:
+    """A problem with the size of elements that `mesh.error` asks for; that of a run that is stored, if there is one."""
+    if problem.mesh.error is None:
+        return problem
+    if stored is not None and (stored / "problem.toml").exists():
+        begun = run.open_run(stored).problem
+        if begun.mesh.error == problem.mesh.error:
+            return problem.with_changes({"mesh.size": f"{begun.mesh.size!r} mm"})
+    return sized(problem)
 
 
 def designs(problem: Problem | str | Path, trust: Trust = False) -> Iterator[Design]:
@@ -290,7 +302,7 @@ def designs(problem: Problem | str | Path, trust: Trust = False) -> Iterator[Des
     >>> design.entry.held
     True
     """
-    asked = _problem(problem, trust)
+    asked = _with_size(_problem(problem, trust), None)
     for event in events_of(asked):
         if isinstance(event, DesignAccepted):
             problem = starting_from(asked, event.entry.reinforcements)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from pneumorph.output.certainty import of_step
 from pneumorph.output.format import format_duration, format_pressures
 from pneumorph.problem import Problem
 from pneumorph.problem.components import MOTIONS
@@ -53,8 +54,10 @@ def run_text(problem: Problem, path: Path, history: Sequence[HistoryEntry], resu
         return "\n".join([*lines, "  no design is finished yet"])
     for task in problem.task[:MOST]:
         before, after = (task.objective.achieved(history[k].tasks[task.name]) for k in (0, -1))
+        finer = None if result is None else result.finer.get(task.name)
+        found = str(after) if finer is None else after._replace(target=None).with_error(task.objective.achieved(finer))
         target = f", target {result.targets[task.name]}" if result and task.name in result.targets else ""
-        lines.append(f"  {task.name}: {after.word} {before} → {after} in {history[-1].iteration} designs{target}")
+        lines.append(f"  {task.name}: {after.word} {before} → {found} in {history[-1].iteration} designs{target}")
     lines += _more(len(problem.task), "tasks")
     lines.append("  it has not ended" if result is None else f"  it ended because {result.reason}")
     return "\n".join(lines)
@@ -73,7 +76,7 @@ def sweep_text(steps: Sequence[SweepStep], seconds: float) -> str:
     for step in converged[-MOST:]:
         moved = (motion_amount(name, 1.0, step) for name in MOTIONS)
         told = ", ".join(f"{amount.word} {amount}" for amount in moved if abs(amount.value) >= 5e-3)
-        lines.append(f"  {format_pressures(step.pressures)}: {told or 'no motion'}")
+        lines.append(f"  {format_pressures(step.pressures)}: {of_step(step) or told or 'no motion'}")
     failed = next((step for step in steps if not step.converged), None)
     return "\n".join(lines if failed is None else [*lines, f"  {format_pressures(failed.pressures)}: {failed.reason}"])
 

@@ -20,6 +20,7 @@ from pneumorph.mechanics.solve.equilibrium import (
     NoEquilibrium,
     build_loads,
     configure,
+    exerted_on_blocks,
     rest,
     settled,
 )
@@ -62,6 +63,7 @@ __all__ = [
     "diagnose",
     "displacement",
     "enclosed_of",
+    "exerted_on_blocks",
     "follow",
     "gradients_after",
     "guided_of",

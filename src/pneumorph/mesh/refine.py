@@ -6,12 +6,14 @@ and any field of the coarser mesh is one of the finer mesh.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TURNED, TetMesh, is_cut, tet_shape
+from pneumorph.mesh.clip import clipped, triangles_of
+from pneumorph.mesh.tets import RULE, TET_EDGES, TRIANGLE_EDGES, TURNED, Covered, TetMesh, is_cut, tet_shape
 
 PARTS_OF_TET = np.array(
     [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3], [6, 8, 4, 5], [6, 8, 5, 9], [6, 8, 9, 7], [6, 8, 7, 4]]
@@ -20,6 +22,9 @@ PARTS_OF_TET = np.array(
 
 PARTS_OF_TRIANGLE = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 """Corners of the four parts of a six-node triangle, as nodes of the whole."""
+
+NODES_OF_TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]])
+"""Local coordinates (6, 2) of the nodes of a triangle."""
 
 LOCAL = np.concatenate(
     [np.vstack([np.zeros(3), np.eye(3)]), np.vstack([np.zeros(3), np.eye(3)])[TET_EDGES].mean(axis=1)]
@@ -43,17 +48,8 @@ class Refined:
 def refine(mesh: TetMesh) -> Refined:
     """Divide every element into eight.
 
-    Parameters
-    ----------
-    mesh : without covers.
-
-    Raises
-    ------
-    ValueError
-        If it has covers: quadrature points on parts of faces are not divided.
+    What is covered of a face is divided with it, and has as many points in every part as it had in the whole.
     """
-    if mesh.covers:
-        raise ValueError("meshes with covers are not refined")
     parts = _oriented()
     corners = mesh.tets[:, parts]
     edges = np.sort(corners[:, :, TET_EDGES], axis=-1)
@@ -87,9 +83,10 @@ def refine(mesh: TetMesh) -> Refined:
             faces[name] = divided(images[own][:, TURNED[:3]])
     regions = {name: (8 * own[:, None] + np.arange(8)).ravel() for name, own in mesh.regions.items()}
     caps = {name: _caps(each, between) for name, each in mesh.caps.items()}
+    covers = {name: _covered(own, divided) for name, own in mesh.covers.items()}
     mids, at = np.unique(mesh.tets[:, 4:], return_index=True)
     ends = mesh.tets[:, TET_EDGES].reshape(-1, 2)[at]
-    fine = replace(mesh, points=P @ mesh.points, tets=tets, faces=faces, regions=regions, caps=caps)
+    fine = replace(mesh, points=P @ mesh.points, tets=tets, faces=faces, regions=regions, covers=covers, caps=caps)
     return Refined(fine, P, mids, ends)
 
 
@@ -105,3 +102,39 @@ def _caps(caps: np.ndarray, between) -> np.ndarray:
     centre, one, other, middle = caps.T
     halves = [(centre, one, middle, between(one, middle)), (centre, middle, other, between(middle, other))]
     return np.concatenate([np.column_stack(half) for half in halves])
+
+
+def _covered(own: Covered, divided: Callable[[np.ndarray], np.ndarray]) -> Covered:
+    """Faces in four, each with the points of what of it is covered."""
+    places, along = own.points[..., :2], own.points[..., 3:]
+    # What is covered of a face is a triangle, with the points of the rule in it.
+    edges = 2.0 * (places[:, 1:] - places[:, :1])
+    first = places[:, 0] - edges.sum(axis=1) / 6.0
+    nodes, points = [], []
+    for corners in PARTS_OF_TRIANGLE:
+        origin, *ends = NODES_OF_TRIANGLE[corners]
+        # From coordinates of the whole to those of the part.
+        inward = np.linalg.inv(np.array(ends) - origin)
+        start, sides = (first - origin) @ inward, edges @ inward
+        within = _barycentric(np.stack([start, start + sides[:, 0], start + sides[:, 1]], axis=1)).swapaxes(1, 2)
+        pieces = [
+            (face, piece)
+            for face in np.flatnonzero((within.max(axis=2) > 0.0).all(axis=1))
+            for piece in triangles_of(clipped(within[face]))
+        ]
+        faces = np.array([face for face, _ in pieces], int)
+        piece = np.array([piece for _, piece in pieces]).reshape(-1, 3, 2)
+        across = piece[:, 1:] - piece[:, :1]
+        inner = piece[:, :1] + RULE @ across
+        weights = np.abs(np.linalg.det(across @ sides[faces]))[:, None, None] / 6.0
+        # Directions are linear between the points of the whole.
+        directions = (2.0 * _barycentric(inner) - 1.0 / 3.0) @ along[faces] @ inward
+        there = start[faces][:, None] + inner @ sides[faces]
+        nodes.append(divided(own.nodes[faces][:, corners]))
+        points.append(np.concatenate([there, np.broadcast_to(weights, (len(faces), 3, 1)), directions], axis=2))
+    return Covered(np.concatenate(nodes), np.concatenate(points))
+
+
+def _barycentric(local: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates (..., 3) of places (..., 2) in a triangle."""
+    return np.concatenate([1.0 - local.sum(axis=-1, keepdims=True), local], axis=-1)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pneumorph.geometry import Body
-from pneumorph.results import Fields, HistoryEntry, MotionRates
+from pneumorph.results import Fields, FineResult, HistoryEntry, MotionRates
 from pneumorph.symmetry.part import Part
 
 
@@ -121,7 +121,7 @@ class Finished:
     rates: Mapping[str, MotionRates]
     margins: Mapping[str, float]
     followed: Mapping[str, float]
-    finer: Mapping[str, tuple[float, ...]]
+    finer: Mapping[str, FineResult]
     fields: Fields
 
 

@@ -17,9 +17,10 @@ from pneumorph.analysis import (
     collect_fields,
     compute_inflation,
     compute_sag,
-    finest_motions,
+    fine_results,
     motion_rates,
     near_margins,
+    outgrown,
 )
 from pneumorph.doing import doing
 from pneumorph.limits.kinds.states import MARGIN
@@ -81,6 +82,7 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
     """One iteration: steps are tried in smaller and smaller trust regions until one is accepted; the next iterate."""
     settings, clock, factorisations = setup.settings, Clock(), 0
     region = begin(settings.radius, current.learnt.radius)
+    size = outgrown(setup.problem, current.number, current.disc, current.analysis)
     current = current.learning(
         curvature=current.learnt.curvature.with_design(current.analysis.phi, current.slopes.rest)
     )
@@ -92,7 +94,9 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
         verdict = first_objection(PROPOSAL_TESTS, attempt)
         if verdict is None:
             region = region.after_trial()
-            trial = yield from analyse_trial(setup, current.number + 1, current.design, proposal.within.phi, clock)
+            trial = yield from analyse_trial(
+                setup, current.number + 1, current.design, proposal.within.phi, clock, size
+            )
             factorisations += trial.factorisations
             tried = Tried(setup, current, region, asked, proposal, clock, trial)
             verdict = first_objection(ACCEPTANCE_TESTS, tried)
@@ -149,7 +153,7 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
         fields = collect_fields(last.disc, last.analysis, sag, inflation)
         rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
         with doing("the error of the mesh"):
-            mesh = finest_motions(setup.problem, last.disc, last.analysis)
+            mesh = fine_results(setup.problem, last.disc, last.analysis)
         near, unknown = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
     held = last.feasible and not last.states.unknown
     return Finished(last.number, why, held, is_stable, rates, near, unknown, mesh, fields)

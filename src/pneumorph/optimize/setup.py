@@ -58,9 +58,10 @@ class Setup:
         """The reference step Ξ₀, mm."""
         return self.problem.optimizer.step
 
-    def discretise(self, body: Body, finest: float) -> Discretisation:
-        """Mesh a body, with no elements smaller than a size in mm, and build its model."""
-        return build_discretisation(self.problem, self.mesher.mesh(body, finest), body.control_points())
+    def discretise(self, body: Body, finest: float, size: float | None = None) -> Discretisation:
+        """Mesh a body, with no elements below `finest` in mm, and build its model; `size` is not the usual one, mm."""
+        mesher = self.mesher if size is None else mesher_of(self.problem, part_of(self.problem), size)
+        return build_discretisation(self.problem, mesher.mesh(body, finest), body.control_points())
 
     def within(self, phi: np.ndarray, reach: float = np.inf) -> Within | LimitReport:
         """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`."""

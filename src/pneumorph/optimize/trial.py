@@ -67,7 +67,7 @@ class _Followed:
 
 
 def analyse_trial(
-    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock
+    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock, size: float | None = None
 ) -> Generator[Event, None, Trial]:
     """Analyse a design that is a step away from the current one.
 
@@ -78,9 +78,10 @@ def analyse_trial(
     now : the current design.
     phi : (n,) the new design.
     clock : counts the time.
+    size : mm, of the elements of a new mesh, where the design has outgrown the accuracy of its own.
     """
     problem, before, count = setup.problem, now.analysis.value, now.disc.factorisations
-    mesh = yield from _follow(setup, number, now, phi, clock)
+    mesh = yield from _follow(setup, number, now, phi, clock, size)
     if isinstance(mesh, MeshError):
         return Trial(now.disc, None, str(mesh), before, remeshed=True, factorisations=0)
     disc, lateral = mesh.disc, None
@@ -101,7 +102,7 @@ def analyse_trial(
 
 
 def _follow(
-    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock
+    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock, size: float | None
 ) -> Generator[Event, None, _Followed | MeshError]:
     """The mesh for a new design, with its predicted states; the error where there is none."""
     space, settings, disc, points = setup.space, setup.settings.trial, now.disc, setup.space.control_points(phi)
@@ -111,6 +112,8 @@ def _follow(
             # Mostly a few elements fold, which moving the nodes inside repairs; a new mesh starts from that too.
             disc = replace(disc, morph=relax(disc.morph, points))
             poor = needs_remesh(disc.morph, points)
+    if size is not None:
+        poor = "the error of the mesh is larger than asked for"
     with clock.phase("equilibrium"):
         starts = predict_states(space, disc, now.analysis, phi)
     if poor is None:
@@ -119,9 +122,12 @@ def _follow(
     with clock.phase("geometry"):
         # Any size of elements, where the mesh does not serve any more.
         sound = quality >= settings.sound
-        finest = min(settings.finer * setup.problem.mesh.size, disc.morph.size) if sound else 0.0
+        finest = min(settings.finer * setup.problem.mesh.size, disc.morph.size) if sound and size is None else 0.0
+        if setup.problem.mesh.error is not None:
+            # Meshes stay as fine as they have become.
+            size = size or min(disc.morph.size, setup.problem.mesh.size)
         try:
-            new = setup.discretise(space.body(phi), finest)
+            new = setup.discretise(space.body(phi), finest, size)
         except MeshError as error:
             if quality < settings.bearable:
                 return error

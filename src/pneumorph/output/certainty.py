@@ -3,39 +3,70 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.components import MOTIONS, is_turn
 from pneumorph.problem.objectives.table import ObjectiveTable
-from pneumorph.problem.objectives.words import motion_amount, motion_word
-from pneumorph.results import MotionRates, TaskResult
+from pneumorph.problem.objectives.words import Result, motion_amount, motion_word
+from pneumorph.results import FineResult, MotionRates, SweepStep, TaskResult
 
 STIFFER = 0.01
 """The relative change of the moduli of which the effect is told: small, since the derivative is that at this state."""
 
-LEAST = {"mm": 0.05, "°": 0.1}
-"""Motions of the tip below which they are not worth telling."""
+LEAST = {"mm": 0.05, "°": 0.1, "N": 1e-3, "N·mm": 1e-2}
+"""Motions of the tip and reactions below which they are not worth telling."""
 
 
-def of_the_mesh(objective: ObjectiveTable, motion: Sequence[float], finer: Sequence[float]) -> Iterator[str]:
-    """A sentence for each motion of a task, or one for the tip: how far it is from that on infinitely fine meshes.
+def of_the_mesh(objective: ObjectiveTable, here: Result, fine: Result) -> Iterator[str]:
+    """Sentences on how far what a task is about is from that on infinitely fine meshes.
 
     Parameters
     ----------
     objective : of the task.
-    motion, finer : translation (mm) and rotation vector (rad) of the tip (6,), and the estimate on fine meshes.
+    here, fine : its result, and the estimate on fine meshes.
     """
-    for name, sign in objective.tip_motions.items():
-        k, unit = MOTIONS.index(name), " mm" if name in MOTIONS[:3] else "°"
-        size = sign * (1.0 if unit == " mm" else float(np.degrees(1.0)))
-        here, there = size * motion[k], size * finer[k]
-        off = f"{abs(there - here):.2g}{unit}"
-        yield f"{motion_word(name, sign)} {here:.2f} ± {off} (mesh): about {there:.2f}{unit} on a fine mesh"
-    if not objective.tip_motions:
-        off = np.array(finer) - np.array(motion)
-        place, turn = np.linalg.norm(off[:3]), np.degrees(np.linalg.norm(off[3:]))
-        yield f"on a fine mesh the tip is about {place:.2g} mm and {turn:.2g}° from where it is here"
+    motions = objective.tip_motions.items()
+    about = [tuple(motion_amount(name, sign, each) for each in (here, fine)) for name, sign in motions]
+    for one, other in about or [(objective.achieved(here), objective.achieved(fine))]:
+        yield f"{one.word} {one._replace(target=None).with_error(other)}: about {other} on a fine mesh"
+    if not about:
+        place, turn = (
+            float(np.linalg.norm(np.subtract(*pair)))
+            for pair in ((fine.translation, here.translation), (fine.rotation, here.rotation))
+        )
+        yield f"on a fine mesh the tip is about {place:.2g} mm and {np.degrees(turn):.2g}° from where it is here"
+
+
+def of_sums(here: FineResult, fine: FineResult) -> Iterator[str]:
+    """The same of the volumes of chambers, and of the forces on obstacles."""
+    sums = {f"volume of {name}": (here.volumes[name], value, "mm³") for name, value in fine.volumes.items()}
+    for name, value in fine.contact_normal.items():
+        sums[f"normal force on {name}"] = here.contact_normal[name], value, "N"
+    for word, (one, other, unit) in sums.items():
+        yield f"{word} {one:.4g} ± {abs(other - one):.2g} {unit} (mesh)"
+
+
+def of_step(step: SweepStep) -> str:
+    """What the mesh makes uncertain in a step that has estimates: its motions and reactions; empty in others."""
+    if step.fine_translation is None or step.fine_rotation is None:
+        return ""
+    fine = Moved(step.fine_translation, step.fine_rotation)
+    motions = [(motion_amount(name, 1.0, step), motion_amount(name, 1.0, fine)) for name in MOTIONS]
+    said = [f"{one.word} {one.with_error(other)}" for one, other in motions if abs(one.value) >= LEAST[one.unit]]
+    for name, value in step.reaction.items():
+        unit = "N·mm" if is_turn(name) else "N"
+        if abs(value) >= LEAST[unit]:
+            said.append(f"{name} {value:.4g} ± {abs(step.fine_reaction[name] - value):.2g} {unit} (mesh)")
+    return ", ".join(said)
+
+
+class Moved(NamedTuple):
+    """A state of the tip: mm and rad."""
+
+    translation: Sequence[float]
+    rotation: Sequence[float]
 
 
 def certainty(objective: ObjectiveTable, result: TaskResult, rates: MotionRates) -> Iterator[str]:

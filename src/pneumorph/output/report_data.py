@@ -28,7 +28,7 @@ from pneumorph.output.format import (
 )
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.acting import acting, words_of_own
-from pneumorph.results import HistoryEntry, RunResult, TaskResult, to_json
+from pneumorph.results import FineResult, HistoryEntry, RunResult, TaskResult, to_json
 from pneumorph.run import RunDirectory
 
 MOST_STEP = 3_000_000
@@ -60,7 +60,10 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
             {"key": key, "word": limit.word, "unit": limit.unit, "bound": bound, "at_least": limit.at_least}
             for limit, key, bound in in_history(problem)
         ],
-        "history": [_entry(problem, entry) for entry in history],
+        "history": [
+            *(_entry(problem, entry, {}) for entry in history[:-1]),
+            _entry(problem, history[-1], {} if result is None else result.finer),
+        ],
         "result": None if result is None else to_json(result) | {"spent": format_duration(result.seconds["total"])},
         "warnings": [
             *_warnings(problem, history[-1].tasks if result is None else result.tasks),
@@ -77,14 +80,18 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
     }
 
 
-def _entry(problem: Problem, entry: HistoryEntry) -> dict[str, Any]:
+def _entry(problem: Problem, entry: HistoryEntry, finer: Mapping[str, FineResult]) -> dict[str, Any]:
     """A line of the history, and the results of its tasks in the units that users expect."""
     motions = {task.name: task.objective.achieved(entry.tasks[task.name]) for task in problem.task}
+    texts = {name: motion.beside_target for name, motion in motions.items()}
+    for task in problem.task:
+        if task.name in finer:
+            texts[task.name] = motions[task.name].with_error(task.objective.achieved(finer[task.name]))
     return to_json(entry) | {
         "limits": {key: None if value is None else without_rounding(value) for key, value in entry.limits.items()},
         "motions": {
             name: {"value": motion.value, "unit": motion.unit, "word": motion.word, "found": str(motion)}
-            | {"text": motion.beside_target, "at": format_pressures(entry.tasks[name].pressures)}
+            | {"text": texts[name], "at": format_pressures(entry.tasks[name].pressures)}
             for name, motion in motions.items()
         },
     }
@@ -135,7 +142,7 @@ def _certainties(problem: Problem, result: RunResult) -> Iterator[tuple[str, str
     for task in problem.task:
         last, sentences = result.tasks[task.name], list[str]()
         if finer := result.finer.get(task.name):
-            sentences += of_the_mesh(task.objective, (*last.translation, *last.rotation), finer)
+            sentences += of_the_mesh(task.objective, last, finer)
         if rates := result.rates.get(task.name):
             sentences += certainty(task.objective, last, rates)
         yield from ((f"task {task.name}", sentence) for sentence in sentences)

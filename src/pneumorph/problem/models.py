@@ -29,6 +29,7 @@ MOST_CHAMBERS, MOST_TASKS, MOST_OBSTACLES = 100, 50, 20
 
 Length = Annotated[float, Quantity(units.LENGTH)]
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
+PositiveShare = Annotated[float, Quantity(units.SHARE, "positive")]
 Curvature = Annotated[float, Quantity(units.CURVATURE, "positive")]
 GaugePressure = Annotated[float, Quantity(units.PRESSURE)]
 Stiffness = Annotated[float, Quantity(units.STIFFNESS, "not negative")]
@@ -348,7 +349,9 @@ class MeshSpec(Table):
     """
 
     size: PositiveLength = 2.0
-    """Desired edge length of the tetrahedra."""
+    """Desired edge length of the tetrahedra; with `error`, that of the first mesh."""
+    error: PositiveShare | None = None
+    """Largest error of the mesh in the motion of the tip, as estimated: the edge length is chosen for it."""
     element: Literal["auto", "quadratic", "mixed"] = "auto"
     """Kind of the elements."""
 

@@ -73,10 +73,11 @@ class Quantity:
     def json_schema(self) -> dict[str, Any]:
         """The JSON schema of such a text."""
         number = units.NUMBER if self.sign == "any" else units.NUMBER.replace("[+-]?", r"\+?", 1)
+        unit = "%" if self.kind is units.SHARE else "[A-Za-zµμ°/1].*"
         return {
             "type": "string",
             "description": f"{self.kind.name} with its unit",
-            "pattern": rf"^\s*{number}\s*[A-Za-zµμ°/1].*$",
+            "pattern": rf"^\s*{number}\s*{unit}$",
             "examples": [self.kind.example],
         }
 

@@ -5,6 +5,7 @@ from pneumorph.results.nodal import nodal_stress, nodal_stretch
 from pneumorph.results.objects import from_json, to_json
 from pneumorph.results.records import (
     Cause,
+    FineResult,
     HistoryEntry,
     Motion,
     MotionRates,
@@ -17,6 +18,7 @@ from pneumorph.results.records import (
 __all__ = [
     "Cause",
     "Fields",
+    "FineResult",
     "HistoryEntry",
     "Inflation",
     "Motion",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin, get_type_h
 
 import numpy as np
 
-from pneumorph.results.records import SweepStep, TaskResult
+from pneumorph.results.records import FineResult, SweepStep, TaskResult
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -30,6 +30,11 @@ RARE = (
     "limit_MPa",
     "gas_mm3",
     "pull_N",
+    "on_fine_mesh",
+    "fine_translation_mm",
+    "fine_rotation_rad",
+    "fine_reaction",
+    "fine_volume_mm3",
 )
 """Keys that are left out of files where they are empty."""
 
@@ -40,7 +45,7 @@ def to_json(record: Any) -> dict[str, Any]:
     for key in RARE:
         if not content.get(key, True):
             del content[key]
-    if isinstance(record, TaskResult) and not record.contact:
+    if isinstance(record, TaskResult | FineResult) and not record.contact:
         for key in ("contact_N", "contact_normal_N", "contact_area_mm2"):
             del content[key]
     if isinstance(record, TaskResult | SweepStep) and not record.pose_translations:

@@ -201,6 +201,30 @@ class Scatter:
 
 
 @dataclass(frozen=True)
+class FineResult:
+    """What the result of a task would be on infinitely fine meshes, as estimated on a refined one.
+
+    Attributes
+    ----------
+    objective, errors, translation, rotation, volumes, contact, contact_normal, contact_area
+        As in `TaskResult`.
+    searched : bool
+        Whether the state on the refined mesh had to be searched for, since it is not near enough for a correction of
+        first order.
+    """
+
+    objective: float
+    errors: Mapping[str, float]
+    translation: Vector = field(metadata={"key": "translation_mm"})
+    rotation: Vector = field(metadata={"key": "rotation_rad"})
+    volumes: Mapping[str, float] = field(metadata={"key": "volume_mm3"})
+    contact: Mapping[str, Vector] = field(metadata={"key": "contact_N"}, default_factory=dict)
+    contact_normal: Mapping[str, float] = field(metadata={"key": "contact_normal_N"}, default_factory=dict)
+    contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
+    searched: bool = False
+
+
+@dataclass(frozen=True)
 class RunResult:
     """Contents of ``result.json``: how a run ended, and the results of its last design, which is its best.
 
@@ -224,9 +248,8 @@ class RunResult:
         Of tasks near ballooning: the pressures at which that happens, over the working ones.
     followed : {task: float}
         Of tasks of which that is not known: the pressures up to which states could be followed, over the working ones.
-    finer : {task: (6,)}
-        Estimates of the tip's translation (mm) and rotation vector (rad) without the error of the mesh; empty where
-        they are not known.
+    finer : {task: FineResult}
+        Estimates of results without the error of the mesh; of tasks of which it is known.
     """
 
     title: str
@@ -248,7 +271,7 @@ class RunResult:
     rates: Mapping[str, MotionRates] = field(metadata={"of": MotionRates}, default_factory=dict)
     margins: Mapping[str, float] = field(default_factory=dict)
     followed: Mapping[str, float] = field(default_factory=dict)
-    finer: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    finer: Mapping[str, FineResult] = field(metadata={"key": "on_fine_mesh", "of": FineResult}, default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -297,6 +320,11 @@ class SweepStep:
         known; else empty.
     gas : {chamber: mm³}
         As in `TaskResult`.
+    fine_translation, fine_rotation : (3,) mm, rad, or None
+        Estimates of the motion of the tip without the error of the mesh, see `FineResult`; in the last step of a sweep,
+        as far as they are known.
+    fine_reaction, fine_volumes : {component: N or N·mm}, {chamber: mm³}
+        The same of reactions and volumes; else empty.
     """
 
     task: str
@@ -326,3 +354,7 @@ class SweepStep:
     holds: Mapping[str, float] = field(default_factory=dict)
     limit: Mapping[str, float] = field(metadata={"key": "limit_MPa"}, default_factory=dict)
     gas: Mapping[str, float] = field(metadata={"key": "gas_mm3"}, default_factory=dict)
+    fine_translation: Vector | None = field(metadata={"key": "fine_translation_mm"}, default=None)
+    fine_rotation: Vector | None = field(metadata={"key": "fine_rotation_rad"}, default=None)
+    fine_reaction: Mapping[str, float] = field(default_factory=dict)
+    fine_volumes: Mapping[str, float] = field(metadata={"key": "fine_volume_mm3"}, default_factory=dict)

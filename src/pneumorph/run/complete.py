@@ -13,7 +13,7 @@ import pneumorph
 from pneumorph.errors import ComputationError, NotWritten
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
 from pneumorph.problem import Problem
-from pneumorph.results import HistoryEntry, Motion, MotionRates, RunResult
+from pneumorph.results import FineResult, HistoryEntry, Motion, MotionRates, RunResult
 from pneumorph.results.targets import targets_reached
 from pneumorph.run import RunDirectory, StoredDesign, locked
 
@@ -34,7 +34,7 @@ class Outcome:
         If completed, of those that are near ballooning.
     followed : {task: float}
         If completed, of those of which that is not known.
-    finer : {task: (6,)}
+    finer : {task: FineResult}
         If completed, see `RunResult`.
     """
 
@@ -44,7 +44,7 @@ class Outcome:
     rates: Mapping[str, MotionRates] = field(default_factory=dict)
     margins: Mapping[str, float] = field(default_factory=dict)
     followed: Mapping[str, float] = field(default_factory=dict)
-    finer: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    finer: Mapping[str, FineResult] = field(default_factory=dict)
 
 
 def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:

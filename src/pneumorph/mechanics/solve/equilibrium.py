@@ -182,6 +182,12 @@ def in_words(pressures: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {part}" if len(parts) > 1 else part for name, part in parts.items())
 
 
+def exerted_on_blocks(at: Configuration, state: State) -> np.ndarray:
+    """What the whole actuator exerts on the blocks of its plate (6,), N and N·mm; zero for free components."""
+    _, forces = evaluate(at, state)
+    return np.where(at.blocked & ~at.model.odd, -at.model.copies * forces[-6:], 0.0)
+
+
 def read_off(at: Configuration, tangent: Tangent, state: State, residual: float, before) -> Equilibrium:
     """Evaluate a converged state; the tangent is factorised there or nearby, for stability and for the adjoint.
 
@@ -201,7 +207,6 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
     model = at.model
     negative = negative_motions(at, tangent, state)
     u = displacement(model.tip, at.X, state)
-    _, forces = evaluate(at, state)
     plate = state.plate if model.plate else np.r_[tip_centre(model.tip, at.X, u), np.zeros(3)]
     volumes = model.copies * volumes_of(model, at.X, u, at.loads.shift)
     return Equilibrium(
@@ -209,7 +214,7 @@ def read_off(at: Configuration, tangent: Tangent, state: State, residual: float,
         u=u,
         plate=plate,
         volumes=dict(zip(model.chambers, map(float, volumes), strict=True)),
-        reaction=np.where(at.blocked & ~model.odd, -model.copies * forces[-6:], 0.0),
+        reaction=exerted_on_blocks(at, state),
         stretches=largest_stretches(at, state),
         residual=residual,
         negative_pivots=negative,

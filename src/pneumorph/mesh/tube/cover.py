@@ -13,12 +13,11 @@ import numpy as np
 
 from pneumorph.errors import MeshError
 from pneumorph.geometry.tube.cover import Cover
+from pneumorph.mesh.clip import clipped, triangles_of
 from pneumorph.mesh.tets import RULE, Covered, chambers_of, triangle_gradient
 from pneumorph.problem.reinforcement import EXTERIOR
 
-_CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 _OUTWARDS = [0, 2, 1, 5, 4, 3]
-_SMALLEST = 1e-9  # of the area of a face; smaller parts are left out
 
 
 def covered(
@@ -65,7 +64,7 @@ def _on_surface(triangles: np.ndarray, param: np.ndarray, cover: Cover, turned: 
             depth += [corners[..., 0] - (cover.q[0] + turn), cover.q[1] + turn - corners[..., 0]]
         within = np.stack(depth, axis=1)
         for face in np.flatnonzero((within.max(axis=2) > 0.0).all(axis=1)):
-            for part in _triangles(_clipped(within[face])):
+            for part in triangles_of(clipped(within[face])):
                 chosen.append(face)
                 parts.append(part)
     faces, corner = np.array(chosen, int), np.array(parts).reshape(-1, 3, 2)
@@ -77,32 +76,3 @@ def _on_surface(triangles: np.ndarray, param: np.ndarray, cover: Cover, turned: 
     along = np.stack([-slope[..., 0, 1], slope[..., 0, 0]], axis=-1)
     along *= np.sign(np.sum(along * slope[..., 1, :], axis=-1, keepdims=True))
     return Covered(nodes[faces], np.concatenate([places, weights, along], axis=-1))
-
-
-def _clipped(within: np.ndarray) -> np.ndarray:
-    """The part (n, 2) of the unit triangle where linear functions are positive, by their values (k, 3) at its corners.
-
-    By Sutherland & Hodgman (1974), Commun. ACM 17(1) 32–42.
-    """
-    polygon = _CORNERS
-    for at_corners in within:
-        if at_corners.min() >= 0.0:
-            continue
-        value = at_corners[0] + polygon @ (at_corners[1:] - at_corners[0])
-        kept = list[np.ndarray]()
-        for k in range(len(polygon)):
-            here, there, a, b = polygon[k - 1], polygon[k], value[k - 1], value[k]
-            if (a < 0.0) != (b < 0.0):
-                kept.append(here + (there - here) * a / (a - b))
-            if b >= 0.0:
-                kept.append(there)
-        polygon = np.array(kept).reshape(-1, 2)
-        if len(polygon) < 3:
-            return np.zeros((0, 2))
-    return polygon
-
-
-def _triangles(polygon: np.ndarray) -> list[np.ndarray]:
-    """A convex polygon (n, 2) as triangles (3, 2), without those that have no area."""
-    fan = [polygon[[0, k, k + 1]] for k in range(1, len(polygon) - 1)]
-    return [part for part in fan if abs(np.linalg.det(part[1:] - part[0])) > _SMALLEST]

@@ -52,6 +52,12 @@ class Amount(NamedTuple):
         """The value, and its target if it has one: "59.87° (target 60°)"."""
         return str(self) if self.target is None else f"{self} (target {self.target_words})"
 
+    def with_error(self, fine: Amount) -> str:
+        """The value and how far it is from that on a fine mesh: "59.87 ± 1.2° (mesh; target 60°)"."""
+        number, gap = str(self).removesuffix(self.unit).rstrip(), "" if self.unit in ("°", "") else " "
+        told = "mesh" if self.target is None else f"mesh; target {self.target_words}"
+        return f"{number} ± {abs(fine.value - self.value):.2g}{gap}{self.unit} ({told})"
+
     @property
     def target_words(self) -> str:
         """The target with its unit, as a user may have written it."""

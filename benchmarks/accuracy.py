@@ -1,0 +1,235 @@
+"""How good the estimated error of the mesh is: the estimate over the true error, on many states.
+
+    python benchmarks/accuracy.py OUT.jsonl [--elements 200] [--seed 45] [--random 30] [--runs DIR] [--limit 240]
+
+States are those of the examples at their starts, of finished runs in DIR, and of problems drawn at random,
+with plain and mixed elements in turn; against every third of these a plane is put, which it touches. Meshes are so
+coarse that they have about so many elements. The true error is by two refinements: the state is solved on the first,
+found near by on the second, and what further ones add is extrapolated by the ratio of the two changes. It is
+that of the tip's motion along its own direction. States already in OUT are not repeated; a table follows at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import pneumorph as pm
+from pneumorph.analysis.accuracy import BEYOND, refined_model
+from pneumorph.analysis.analyse import DESIGN_TOLERANCE
+from pneumorph.analysis.bodies import mesh_of
+from pneumorph.analysis.near import Solved, analyse_near
+from pneumorph.geometry import Body
+from pneumorph.geometry.starting import body_of
+from pneumorph.mechanics import NoEquilibrium, Tangent, part_of, solve
+from pneumorph.mechanics.setup import ACTIVATION
+from pneumorph.objective import measure_features
+from pneumorph.problem import Problem, load, loads
+
+ROOT = Path(__file__).resolve().parents[1]
+MOST = 900
+"""Elements of the coarsest mesh: on the second refinement there are 64 times as many."""
+
+Case = Callable[[], tuple[Problem, Body, Any]]
+
+
+def cases(asked: argparse.Namespace) -> Iterator[tuple[str, Case]]:
+    """The states, those of each kind in turn, so that a part of them is a sample of all."""
+    starts = [(f"start {path.stem}", _start(path)) for path in sorted((ROOT / "examples").glob("*.toml"))]
+    runs = sorted(path.parent for path in asked.runs.glob("*/result.json")) if asked.runs else []
+    ended = [(f"run {path.name}", _run(path)) for path in runs]
+    random = [(f"random {number}", _random(asked.seed, number)) for number in range(asked.random)]
+    kinds = [random, ended, starts]
+    for number in range(max(map(len, kinds))):
+        yield from (kind[number] for kind in kinds if number < len(kind))
+
+
+def _start(path: Path) -> Case:
+    def case():
+        problem = load(path, trust=True)
+        return problem, body_of(problem), None
+
+    return case
+
+
+def _run(path: Path) -> Case:
+    def case():
+        design = pm.open_run(path, trust=True).best
+        return design.problem, design.body, (design.stored, design.entry.tasks)
+
+    return case
+
+
+def _random(seed: int, number: int) -> Case:
+    def case():
+        import random_problems
+
+        problem = loads(random_problems.draw(seed, number).text)
+        problem = problem.with_changes({"mesh.element": ("quadratic", "mixed")[number % 2]})
+        return problem, body_of(problem), None
+
+    return case
+
+
+def solved_coarsely(name: str, case: Case, elements: int) -> Solved:
+    """The states on a coarse mesh."""
+    problem, body, known = case()
+    usual = problem.mesh.size
+    first = 1.5 * usual
+    count = len(mesh_of(problem, body, part_of(problem), first).mesh.tets)
+    # No larger than the body's radius.
+    largest = usual if problem.solid is not None else max(usual, 0.9 * problem.body.radius)
+    size = min(largest, max(usual, first * (count / elements) ** (1 / 3)))
+    changes = {"mesh.size": f"{size:.3g} mm"}
+    if problem.contact is not None:
+        changes["contact.distance"] = f"{ACTIVATION * usual:.3g} mm"
+    problem = problem.with_changes(changes)
+    found = analyse_near(problem, body, part_of(problem), *(known or (None, None)))
+    if not (name.startswith("random") and int(name.split()[1]) % 3 == 0):
+        return found
+    problem = against_a_plane(problem, found, ACTIVATION * usual)
+    return analyse_near(problem, body, part_of(problem))
+
+
+def against_a_plane(problem: Problem, found: Solved, distance: float) -> Problem:
+    """The problem with a plane in the way of the tip, where it is at a third of its motion."""
+    equilibrium = next(iter(found.analysis.equilibria.values()))
+    across = int(np.abs(equilibrium.plate[:3]).argmax())
+    way = float(equilibrium.plate[across])
+    sign = 1.0 if way > 0 else -1.0
+    X = found.analysis.X
+    point, normal = np.zeros(3), np.zeros(3)
+    point[across] = sign * (sign * X[:, across]).max() + way / 3
+    normal[across] = -sign
+    table = {"name": "wall", "kind": "plane", "point": [f"{x:.6g} mm" for x in point], "normal": normal.tolist()}
+    return problem.with_changes({"obstacle": [table], "contact.distance": f"{distance:.3g} mm"})
+
+
+def measured(name: str, found: Solved) -> Iterator[dict[str, Any]]:
+    """The estimate and the true error of every task."""
+    problem, disc, analysis = found.problem, found.disc, found.analysis
+    first = refined_model(problem, disc.morph.mesh.at(analysis.X))
+    for task, at in list(analysis.configurations.items())[:1]:
+        state = analysis.equilibria[task].state
+        near = first.near(at, state)
+        line = {
+            "state": name,
+            "task": task,
+            "elements": disc.model.elements,
+            "mixed": disc.model.mixed,
+            "contact": disc.model.contact is not None,
+            "layers": bool(disc.model.reinforcements),
+        }
+        if near is None:
+            yield line | {"failed": "no estimate"}
+            continue
+        begin, estimated, searched = near
+        answer = solve(begin, Tangent(first.model), estimated, DESIGN_TOLERANCE, most=20)
+        if isinstance(answer, NoEquilibrium):
+            yield line | {"failed": answer.reason}
+            continue
+        last = refined_model(problem, first.fine.mesh).near(begin, answer.state)
+        if last is None:
+            yield line | {"failed": "no state on the second refinement"}
+            continue
+        motions = []
+        for each, own in ((at, state), (begin, estimated), (begin, answer.state), last[:2]):
+            moved = measure_features(each.model, each.X, own, shift=each.loads.shift)
+            motions.append(np.concatenate([moved.translation, moved.rotation]))
+        # Along the motion itself, with rotations at a lever of a tenth of the body's length.
+        lever = np.repeat([1.0, 0.1 * problem_length(found)], 3)
+        along = lever * motions[0] / np.linalg.norm(lever * motions[0])
+        zero, guess, one, then = (float(along @ (lever * motion)) for motion in motions)
+        ratio = (then - one) / (one - zero)
+        beyond = ratio / (1.0 - ratio) if 0.0 < ratio < 0.6 else BEYOND - 1.0
+        true = then - zero + (then - one) * beyond
+        value = BEYOND * (guess - zero)
+        yield line | {
+            "searched": searched,
+            "motion": zero,
+            "one": one - zero,
+            "estimated one": guess - zero,
+            "two": then - zero,
+            "ratio": ratio,
+            "true": true,
+            "estimate": value,
+            "effectivity": value / true,
+        }
+
+
+def problem_length(found: Solved) -> float:
+    return float(np.ptp(found.analysis.X[:, 2]))
+
+
+def table(lines: list[dict[str, Any]]) -> str:
+    """The effectivities in Markdown, and the share that is within 0.5 to 2."""
+    rows = ["| state | elements | motion | error | estimate | effectivity |", "|---|---|---|---|---|---|"]
+    good = [line for line in lines if "effectivity" in line]
+    for line in good:
+        kinds = ", ".join(kind for kind in ("mixed", "contact", "layers") if line[kind])
+        rows.append(
+            f"| {line['state']}{f' ({kinds})' if kinds else ''} | {line['elements']} | {line['motion']:.4g} | "
+            f"{line['true']:+.3g} | {line['estimate']:+.3g} | {line['effectivity']:.2f} |"
+        )
+    within = sum(0.5 <= line["effectivity"] <= 2.0 for line in good)
+    rows.append(f"\n{within} of {len(good)} within 0.5 to 2; {len(lines) - len(good)} without a value")
+    return "\n".join(rows)
+
+
+class Late(Exception):
+    """A state took too long."""
+
+
+def _late(*_: Any) -> None:
+    raise Late
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--elements", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=45)
+    parser.add_argument("--random", type=int, default=30)
+    parser.add_argument("--runs", type=Path)
+    parser.add_argument("--limit", type=float, default=120.0, help="processor seconds for a state")
+    asked = parser.parse_args()
+    sys.path.insert(0, str(ROOT / "benchmarks"))
+    done = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
+    known = {line["state"] for line in done}
+    signal.signal(signal.SIGPROF, _late)
+    for name, case in cases(asked):
+        if name in known:
+            continue
+        began = time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, asked.limit)
+        try:
+            found = solved_coarsely(name, case, asked.elements)
+            if found.disc.model.elements > MOST:
+                lines = [{"state": name, "failed": f"{found.disc.model.elements} elements are too many"}]
+            else:
+                lines = list(measured(name, found))
+        except Late:
+            lines = [{"state": name, "failed": f"more than {asked.limit:g} s"}]
+        except (pm.ProblemError, pm.ComputationError) as error:
+            lines = [{"state": name, "failed": str(error)[:200]}]
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+        with asked.out.open("a") as file:
+            for line in lines:
+                line["seconds"] = round(time.process_time() - began, 1)
+                file.write(json.dumps(line) + "\n")
+                print(json.dumps(line), flush=True)
+        done += lines
+    print(table(done))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""The size of elements with which the error of the mesh is as small as asked, `mesh.error`.
+
+The error of one mesh is estimated, and so is that of a finer or coarser one, of which the order follows in which the
+error falls with the size. All elements have that size: surfaces are triangulated evenly.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.analysis.accuracy import MOST, ORDER, MeshError, mesh_errors
+from pneumorph.analysis.analyse import Analysis, Discretisation, build_discretisation
+from pneumorph.analysis.bodies import mesh_of
+from pneumorph.analysis.starting import analyse_start
+from pneumorph.doing import doing
+from pneumorph.errors import ProblemError
+from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.mechanics import part_of
+from pneumorph.problem import Problem, Task
+from pneumorph.problem.components import MOTIONS
+
+ORDERS = (0.8, 4.0)
+"""Between these, orders that follow from two meshes are believed: errors may change their sign between them."""
+
+AIM, ENOUGH = 0.8, 0.5
+"""Part of the error that is asked for at which a size aims, and above which a mesh is not finer than needed."""
+
+FACTORS = (0.4, 1.6)
+"""Between these factors on the size of a mesh its error tells that of another."""
+
+ROUNDS, SAME = 4, 0.02
+"""Most meshes whose error is estimated, and the relative difference of sizes that are the same."""
+
+TINY = 1e-9
+"""Errors and motions below which there is nothing to compare."""
+
+LARGEST = 100_000
+"""Elements of meshes that are chosen so."""
+
+EVERY, OUTGROWN = 5, 1.5
+"""In every so many designs it is looked whether the error is more than this multiple of what is asked for."""
+
+
+@dataclass(frozen=True)
+class Sized:
+    """The relative error of a mesh with elements of a size, mm."""
+
+    size: float
+    error: float
+    elements: int
+
+    def elements_at(self, size: float) -> float:
+        """About how many elements of another size, mm, there would be."""
+        return self.elements * (self.size / size) ** 3
+
+
+@doing("choosing the size of elements")
+def sized(problem: Problem) -> Problem:
+    """A problem with the size of elements with which its start has an error as small as it asks for.
+
+    Raises
+    ------
+    ProblemError
+        If more elements are needed than can be solved, or the error is not known.
+    ComputationError
+        If the start cannot be meshed or has no equilibrium.
+    """
+    asked = problem.mesh.error
+    if asked is None:
+        return problem
+    coarsest = math.inf if problem.solid is not None else problem.body.radius
+    return _with(problem, chosen(lambda size: _estimated(problem, size), problem.mesh.size, asked, coarsest))
+
+
+def chosen(estimated: Callable[[float], Sized], size: float, asked: float, coarsest: float) -> float:
+    """The size of elements, mm, for a relative error.
+
+    Parameters
+    ----------
+    estimated : function of a size
+        Its mesh with the error, perhaps of another size.
+    size : the first one.
+    asked : the error.
+    coarsest : the largest possible size, mm.
+
+    Raises
+    ------
+    ProblemError
+        If it takes more elements than can be solved.
+    """
+    found: list[Sized] = []
+    while True:
+        found.append(estimated(size))
+        last = found[-1]
+        if ENOUGH * asked <= last.error <= asked:
+            return last.size
+        wanted = min(next_size(found, asked), coarsest)
+        size = last.size * float(np.clip(wanted / last.size, *FACTORS))
+        if len(found) < ROUNDS and abs(size - last.size) > SAME * last.size and 8 * last.elements_at(size) <= MOST:
+            continue
+        if (elements := last.elements_at(wanted)) > LARGEST:
+            least = last.error * (last.elements / LARGEST) ** (ORDER / 3)
+            raise ProblemError(
+                f"mesh.error: {100 * asked:.3g} % takes about {elements:.0g} elements of {wanted:.2g} mm; ask for "
+                f"{100 * least:.1g} % or more"
+            )
+        return wanted
+
+
+def next_size(found: Sequence[Sized], asked: float) -> float:
+    """The size, mm, at which the error is expected to be a little less than what is asked for.
+
+    Parameters
+    ----------
+    found : the meshes whose error is known, the last one nearest to what is sought.
+    asked : relative.
+    """
+    last, order = found[-1], ORDER
+    if len(found) > 1:
+        ratio = max(found[-2].error, TINY) / max(last.error, TINY)
+        order = float(np.clip(math.log(ratio) / math.log(found[-2].size / last.size), *ORDERS))
+    return last.size * (AIM * asked / max(last.error, TINY)) ** (1.0 / order)
+
+
+def outgrown(problem: Problem, number: int, disc: Discretisation, analysis: Analysis) -> float | None:
+    """The size of elements, mm, that a design needs whose error has become too large for `mesh.error`, else None.
+
+    It is looked for in every few designs only, since that takes a factorisation of the refined mesh.
+
+    Parameters
+    ----------
+    problem : of the run.
+    number : of the design.
+    disc, analysis : its mesh and its states.
+    """
+    asked, elements = problem.mesh.error, disc.model.elements
+    if asked is None or number == 0 or number % EVERY or 8 * elements > MOST:
+        return None
+    error = relative_error(problem, disc, analysis)
+    if error is None or error <= OUTGROWN * asked:
+        return None
+    size = disc.morph.size
+    return max(next_size([Sized(size, error, elements)], asked), FACTORS[0] * size)
+
+
+def relative_error(problem: Problem, disc: Discretisation, analysis: Analysis) -> float | None:
+    """The largest error of the mesh in the motions that tasks are about, relative to them; see
+    `motion_share`.
+
+    None if that of a task is not known.
+    """
+    errors = mesh_errors(problem, disc, analysis)
+    if any(task.name not in errors for task in problem.task):
+        return None
+    return max(motion_share(task, errors[task.name]) for task in problem.task)
+
+
+def motion_share(task: Task, error: MeshError) -> float:
+    """The error over the motion of the tip: the largest of the components that a task is about, or that of all."""
+    about = [MOTIONS.index(name) for name in task.objective.tip_motions]
+    if not about:
+        return error.share
+    return float((np.abs(error.missing) / np.maximum(np.abs(error.motion), TINY))[about].max())
+
+
+def _estimated(problem: Problem, size: float) -> Sized:
+    """The error of the start on a mesh of a size; of a coarser one, where its refinement would be too large."""
+    there = _with(problem, size)
+    body = body_of(there)
+    morph = mesh_of(there, body, part_of(there))
+    if (many := 8 * len(morph.mesh.tets) / MOST) > 1.0:
+        return _estimated(problem, 1.1 * size * many ** (1 / 3))
+    disc, space = build_discretisation(there, morph, body.control_points()), space_of(there, body)
+    analysis = analyse_start(there, space, disc, space.start)
+    error = relative_error(there, disc, analysis)
+    if error is None:
+        raise ProblemError("mesh.error: is not known, since no state is found on a refined mesh; give mesh.size alone")
+    return Sized(size, error, disc.model.elements)
+
+
+def _with(problem: Problem, size: float) -> Problem:
+    return problem.with_changes({"mesh.size": f"{size:.3g} mm"})

@@ -1,0 +1,68 @@
+"""The size of elements that is chosen for an error of the mesh."""
+
+import pytest
+from texts import problem_text
+
+from pneumorph import ProblemError
+from pneumorph.analysis import analyse_body
+from pneumorph.analysis.sized import AIM, ENOUGH, Sized, chosen, next_size, relative_error, sized
+from pneumorph.geometry.tube.start import starting_body
+from pneumorph.problem import loads
+
+TASK = """
+[[task]]
+name = "move"
+pressure = { A = "40 kPa" }
+objective = { motion = "extension" }
+[mesh]
+size = "8 mm"
+element = "quadratic"
+error = "6 %"
+"""
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return loads(problem_text(TASK, radius=10, body='symmetry = { mirror = ["xz", "yz"] }'))
+
+
+def test_the_error_is_as_asked_for_on_the_chosen_size(problem):
+    found = sized(problem)
+    assert found.mesh.size < problem.mesh.size and found.mesh.error == 0.06
+    at = analyse_body(found, starting_body(found.tubes))
+    assert 0.02 < relative_error(found, at.disc, at.analysis) <= 0.06
+
+
+def test_a_size_follows_from_the_order_that_two_meshes_show():
+    """Where errors fall with the square of the size, a quarter of the error takes half the size."""
+    found = [Sized(8.0, 0.16, 100), Sized(4.0, 0.04, 800)]
+    assert next_size(found, 0.01 / AIM) == pytest.approx(2.0, rel=1e-2)
+
+
+def test_percentages_are_read_and_written(problem):
+    assert problem.mesh.error == 0.06
+    assert loads(problem.to_toml()).mesh.error == 0.06
+    with pytest.raises(ProblemError, match=r"mesh.error"):
+        problem.with_changes({"mesh.error": "6"})
+
+
+def falling(order, constant=0.01):
+    """Meshes of a body of 8000 mm³ whose error falls with a power of the size."""
+    return lambda size: Sized(size, constant * size**order, round(8.0 * 8000.0 / size**3))
+
+
+@pytest.mark.parametrize("order", [1.0, 1.2, 2.0, 3.5])
+@pytest.mark.parametrize("first", [2.0, 10.0])
+def test_the_error_is_met_whatever_its_order_is(order, first):
+    estimated = falling(order)
+    size = chosen(estimated, first, 0.03, coarsest=15.0)
+    assert ENOUGH * 0.03 <= estimated(size).error <= 0.03
+
+
+def test_elements_are_no_larger_than_possible():
+    assert chosen(falling(1.2, 1e-4), 2.0, 0.03, coarsest=3.0) == 3.0
+
+
+def test_more_elements_than_can_be_solved_are_refused():
+    with pytest.raises(ProblemError, match=r"mesh.error: 0.01 % takes"):
+        chosen(falling(1.2), 4.0, 1e-4, coarsest=15.0)
