@@ -1,6 +1,6 @@
 """How good the estimated error of the mesh is: the estimate over the true error, on many states.
 
-    python benchmarks/accuracy.py OUT.jsonl [--elements 200] [--seed 45] [--random 30] [--runs DIR] [--limit 240]
+    python benchmarks/accuracy.py OUT.jsonl [--elements 80] [--seed 45] [--random 30] [--runs DIR] [--limit 240]
 
 States are those of the examples at their starts, of finished runs in DIR, and of problems drawn at random,
 with plain and mixed elements in turn; against every third of these a plane is put, which it touches. Meshes are so
@@ -35,7 +35,7 @@ from pneumorph.objective import measure_features
 from pneumorph.problem import Problem, load, loads
 
 ROOT = Path(__file__).resolve().parents[1]
-MOST = 900
+MOST = 260
 """Elements of the coarsest mesh: on the second refinement there are 64 times as many."""
 
 Case = Callable[[], tuple[Problem, Body, Any]]
@@ -195,7 +195,7 @@ def _late(*_: Any) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--elements", type=int, default=200)
+    parser.add_argument("--elements", type=int, default=80)
     parser.add_argument("--seed", type=int, default=45)
     parser.add_argument("--random", type=int, default=30)
     parser.add_argument("--runs", type=Path)

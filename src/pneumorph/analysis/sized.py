@@ -7,7 +7,7 @@ error falls with the size. All elements have that size: surfaces are triangulate
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,6 +102,10 @@ def chosen(estimated: Callable[[float], Sized], size: float, asked: float, coars
         size = last.size * float(np.clip(wanted / last.size, *FACTORS))
         if len(found) < ROUNDS and abs(size - last.size) > SAME * last.size and 8 * last.elements_at(size) <= MOST:
             continue
+        if len(found) == 1:
+            # A finer mesh cannot be refined: a coarser one tells how errors fall.
+            found.insert(0, estimated(min(FACTORS[1] * last.size, coarsest)))
+            wanted = min(next_size(found, asked), coarsest)
         if (elements := last.elements_at(wanted)) > LARGEST:
             least = last.error * (last.elements / LARGEST) ** (ORDER / 3)
             raise ProblemError(
@@ -120,7 +124,7 @@ def next_size(found: Sequence[Sized], asked: float) -> float:
     asked : relative.
     """
     last, order = found[-1], ORDER
-    if len(found) > 1:
+    if len(found) > 1 and found[-2].size != last.size:
         ratio = max(found[-2].error, TINY) / max(last.error, TINY)
         order = float(np.clip(math.log(ratio) / math.log(found[-2].size / last.size), *ORDERS))
     return last.size * (AIM * asked / max(last.error, TINY)) ** (1.0 / order)
