@@ -2,11 +2,18 @@
 
 import pytest
 from texts import problem_text
+from tiny import tiny
 
 from pneumorph import ProblemError
-from pneumorph.analysis import analyse_body
+from pneumorph.analysis import analyse, analyse_body, outgrown
 from pneumorph.analysis.sized import AIM, ENOUGH, Sized, chosen, next_size, relative_error, sized
 from pneumorph.geometry.tube.start import starting_body
+from pneumorph.optimize.buckling import judge
+from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.events import Remeshed
+from pneumorph.optimize.iterate import AnalysedDesign
+from pneumorph.optimize.setup import build_setup
+from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import loads
 
 TASK = """
@@ -66,3 +73,31 @@ def test_elements_are_no_larger_than_possible():
 def test_more_elements_than_can_be_solved_are_refused():
     with pytest.raises(ProblemError, match=r"mesh.error: 0.01 % takes"):
         chosen(falling(1.2), 4.0, 1e-4, coarsest=15.0)
+
+
+def test_a_design_that_has_outgrown_its_mesh_gets_smaller_elements():
+    """Every fifth design is looked at, and its body meshed anew with elements of the size that its error asks for."""
+    problem = loads(tiny(size='"6 mm"\nelement = "quadratic"\nerror = "1 %"', pressure='{ A = "60 kPa" }'))
+    setup, clock = build_setup(problem), Clock()
+    phi = setup.space.start
+    disc = setup.discretise(setup.space.body(phi), 0.0)
+    analysis = analyse(problem, setup.space, disc, phi)
+    assert outgrown(problem, 0, disc, analysis) is None and outgrown(problem, 4, disc, analysis) is None
+    size = outgrown(problem, 5, disc, analysis)
+    assert 0.4 * disc.morph.size <= size < disc.morph.size
+    assert outgrown(problem.with_changes({"mesh.error": "50 %"}), 5, disc, analysis) is None
+    now = AnalysedDesign(analysis, disc, setup.certify(phi), judge(disc, analysis, {}))
+    events = list(follow := Kept(analyse_trial(setup, 6, now, phi, clock, 4.0)))
+    assert [type(event) for event in events] == [Remeshed]
+    assert follow.value.disc.morph.size == pytest.approx(4.0, rel=0.2)
+    assert follow.value.disc.model.elements > disc.model.elements and follow.value.analysis is not None
+
+
+class Kept:
+    """A generator whose value is kept."""
+
+    def __init__(self, of):
+        self._of, self.value = of, None
+
+    def __iter__(self):
+        self.value = yield from self._of
