@@ -36,6 +36,7 @@ PACKAGES = [
     "run",
     "output",
     "study",
+    "proposals",
     "verify",
     "interface",
     "serve",
@@ -120,7 +121,7 @@ def test_imports_run_one_way(path):
     package = path.relative_to(SOURCE).parts[0].removesuffix(".py")
     imported = packages_imported(path) - {package}
     if package == "__init__":
-        named = {"analysis", "bodies", "interface", "limits", "problem", "results"}
+        named = {"analysis", "bodies", "interface", "limits", "problem", "proposals", "results"}
         assert imported <= named, "the face names types, and loads nothing"
         return
     if package == "errors":

@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     from pneumorph.interface.check import check_gradient
     from pneumorph.interface.design import Design, starting_design
     from pneumorph.interface.material import MaterialFit, fit_material
+    from pneumorph.interface.propose import propose
     from pneumorph.interface.runs import Run, design, designs, open_run
     from pneumorph.interface.sweep import Sweep
     from pneumorph.limits.report import LimitReading
     from pneumorph.problem import Problem, load
+    from pneumorph.proposals import Plan, Proposal, Target
     from pneumorph.results import HistoryEntry, RunResult, SweepStep, TaskResult
 
 __version__ = "0.2.0"
@@ -36,13 +38,16 @@ __all__ = [
     "LimitReading",
     "MaterialFit",
     "MeshError",
+    "Plan",
     "PneumorphError",
     "Problem",
     "ProblemError",
+    "Proposal",
     "Run",
     "RunResult",
     "Sweep",
     "SweepStep",
+    "Target",
     "TaskResult",
     "bodies",
     "check_gradient",
@@ -52,6 +57,7 @@ __all__ = [
     "fit_material",
     "load",
     "open_run",
+    "propose",
     "starting_design",
 ]
 
@@ -62,10 +68,12 @@ _MODULES = {
     "interface.check": ("check_gradient",),
     "interface.design": ("Design", "starting_design"),
     "interface.material": ("MaterialFit", "fit_material"),
+    "interface.propose": ("propose",),
     "interface.runs": ("Run", "design", "designs", "open_run"),
     "interface.sweep": ("Sweep",),
     "limits.report": ("LimitReading",),
     "problem": ("Problem", "load"),
+    "proposals": ("Plan", "Proposal", "Target"),
     "results": ("HistoryEntry", "RunResult", "SweepStep", "TaskResult"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

@@ -364,6 +364,28 @@ def study(
     study(source, out, cluster, workers, quiet, tls, trust)
 
 
+def propose(
+    source: Annotated[Path, typer.Argument(metavar="TARGET", help="The target file (TOML): tasks, and no body.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The directory of the search; by default runs/<name of the file>.")
+    ] = None,
+    minutes: Annotated[float, typer.Option(min=0.1, help="How long it may take.")] = 30.0,
+    candidates: Annotated[int, typer.Option(min=2, max=1000, help="Number of bodies that are tried.")] = 24,
+    seed: Annotated[int, typer.Option(min=0, help="Of the bodies that are drawn: the same seed draws the same.")] = 0,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="Number of processes; by default one for every core and every 2 GB."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the location of the results.")] = False,
+) -> None:
+    """Propose bodies for a motion: layouts are tried, and the best of them designed."""
+    from pneumorph.cli.propose import propose
+    from pneumorph.proposals import Plan
+
+    if status := propose(source, out, Plan(candidates, seed, minutes), workers, quiet):
+        raise typer.Exit(status)
+
+
 @doing("verifying")
 def verify(
     only: Annotated[

@@ -141,7 +141,11 @@ def _slurm(workers: int) -> Any:
 
 
 def run_members(
-    client: Client, members: Mapping[str, Member], out: Path, on_design: Callable[[str, HistoryEntry], None]
+    client: Client,
+    members: Mapping[str, Member],
+    out: Path,
+    on_design: Callable[[str, HistoryEntry], None],
+    drawn: bool = True,
 ) -> Iterator[MemberEnd]:
     """Run members, each in its directory under `out`, and yield their ends as they come.
 
@@ -154,6 +158,8 @@ def run_members(
         The study's directory.
     on_design : callable
         Takes the member's name and the history entry of every accepted design.
+    drawn : bool
+        Whether pictures and a page of every member are made.
     """
 
     def received(event: tuple[Any, dict[str, Any]]) -> None:
@@ -163,8 +169,8 @@ def run_members(
     client.subscribe_topic(TOPIC, received)
     futures = {
         client.submit(
-            run_on_worker, name, member.problem, str((out / name).absolute()), key=f"{name}-{os.urandom(4).hex()}",
-            pure=False,
+            run_on_worker, name, member.problem, str((out / name).absolute()), drawn,
+            key=f"{name}-{os.urandom(4).hex()}", pure=False,
         ): name
         for name, member in members.items()
     }  # fmt: skip

@@ -49,7 +49,7 @@ def finished(directory: Path, problem: Problem) -> bool:
 
 
 def run_member(
-    name: str, problem: Problem, directory: str, on_design: Callable[[str, HistoryEntry], None]
+    name: str, problem: Problem, directory: str, on_design: Callable[[str, HistoryEntry], None], drawn: bool = True
 ) -> MemberEnd:
     """Start or resume the run of a member; if the computation fails, its end says so and nothing is raised.
 
@@ -58,6 +58,7 @@ def run_member(
     name, problem : name and problem of the member.
     directory : its run directory.
     on_design : called with the name and the history entry of every accepted design.
+    drawn : whether its pictures and its page are made.
     """
 
     def show(event: Event) -> None:
@@ -69,12 +70,13 @@ def run_member(
         outcome = complete(run, show)
     except ComputationError as error:
         return MemberEnd(name, False, str(error))
-    run_pictures(run)
-    write_report(run)
+    if drawn:
+        run_pictures(run)
+        write_report(run)
     return MemberEnd(name, outcome.completed, outcome.reason)
 
 
-def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
+def run_on_worker(name: str, problem: Problem, directory: str, drawn: bool) -> MemberEnd:
     """`run_member` on a Dask worker, which sends a message about every design to the scheduler."""
     from distributed import get_worker
 
@@ -85,7 +87,7 @@ def run_on_worker(name: str, problem: Problem, directory: str) -> MemberEnd:
         worker.log_event(TOPIC, {"name": name, "entry": to_json(entry)})
 
     try:
-        return run_member(name, problem, directory, send)
+        return run_member(name, problem, directory, send, drawn)
     finally:
         # A worker runs many members, and compiled kernels are on disk: it need not keep them in memory.
         jax.clear_caches()

@@ -1,0 +1,106 @@
+"""`pneumorph propose`: bodies for a target, with a ranked table of what was tried."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from pneumorph import compiling, doing
+from pneumorph.errors import ComputationError, ProblemError, printable
+from pneumorph.interface.propose import propose as search
+from pneumorph.interrupts import Interrupted, deferred
+from pneumorph.output.render import NoPicture
+from pneumorph.proposals import Plan, Proposal, load_target
+from pneumorph.proposals.candidates import suited
+from pneumorph.proposals.results import draw_proposals, reaches, write_page, write_table
+from pneumorph.results import HistoryEntry
+from pneumorph.results.targets import Reached
+
+SHOWN = 12
+"""Candidates that are shown on the screen; the file has all."""
+
+
+def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, quiet: bool) -> int:
+    """Search bodies for a target; the exit status is 3 if a stated target is reached by none.
+
+    Parameters
+    ----------
+    source : Path
+        The target file.
+    out : Path or None
+        The directory of the search; by default in ``runs``, with the name of the file.
+    plan : Plan
+        How much is searched.
+    workers : int or None
+        Number of processes.
+    quiet : bool
+        Whether only the place of the results is printed.
+
+    Raises
+    ------
+    ProblemError
+        If an option or the target has a mistake.
+    ComputationError
+        If no candidate came to its end.
+    """
+    if quiet:
+        compiling.announce(None)
+        doing.announce(None)
+    target, console = load_target(source), Console()
+    folder = out or Path("runs") / source.stem
+
+    def say(text: str) -> None:
+        if not quiet:
+            console.print(Text(printable(text)), soft_wrap=True)
+            doing.said()
+
+    layouts, against = suited(target)
+    say(f"layouts: {', '.join(each.words for each in layouts)}")
+    for name, reason in against.items():
+        say(f"not {name}: {reason}")
+    try:
+        with deferred(), doing.doing("trying candidates") as far:
+
+            def accepted(name: str, entry: HistoryEntry) -> None:
+                far(f"{name}: design {entry.iteration}")
+
+            proposals = search(target, folder, plan, workers, say, accepted)
+    except Interrupted as stop:
+        raise stop.saying(f"stopped; the same command goes on with what is in {folder}") from None
+    table = write_table(proposals, folder)
+    finals, title = [each for each in proposals if each.final], target.title or source.stem
+    if not quiet:
+        console.print(_table(title, proposals))
+    say_where = partial(console.print, soft_wrap=True)
+    say_where(Text(f"table of all {len(proposals)} candidates in {table}"))
+    if not finals:
+        raise ComputationError(
+            f"{folder}: no candidate was designed to the end, as the table says; give it more --minutes or --candidates"
+        )
+    try:
+        say_where(Text(f"sheet in {draw_proposals(title, proposals, folder)}"))
+    except NoPicture as error:
+        say_where(Text(f"the sheet could not be drawn: {error}"))
+    try:
+        say_where(Text(f"everything in one page: {write_page(proposals, folder)}"))
+    except ProblemError as error:
+        say_where(Text(f"the page could not be written: {error}"))
+    best = finals[0]
+    again = f"pneumorph design {best.run}/problem.toml --out {best.run} --resume --iterations 40"
+    say_where(Text(f"The best is {best.run}: {best.achieved}. To go on with it: {again}"))
+    return 3 if reaches(best) is Reached.NO else 0
+
+
+def _table(title: str, proposals: Sequence[Proposal]) -> Table:
+    table = Table(title=printable(title), title_style="bold")
+    for heading in ("candidate", "body", "achieved", "why it did not go on"):
+        table.add_column(heading, overflow="fold")
+    for each in proposals[:SHOWN]:
+        style = "green" if each.final else ""
+        table.add_row(Text(each.candidate.name, style=style), each.candidate.words, each.achieved, printable(each.lost))
+    return table

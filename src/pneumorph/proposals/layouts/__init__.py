@@ -1,0 +1,11 @@
+"""Layouts: one chamber or several, plain, with threads, or wound."""
+
+from pneumorph.proposals.layouts.layout import Drawn, Draws, Layout, NoRoom
+from pneumorph.proposals.layouts.several import ALONG, AROUND
+from pneumorph.proposals.layouts.single import BESIDE_AXIS, CENTRAL, THREADS
+from pneumorph.proposals.layouts.wound import WOUND
+
+LAYOUTS: tuple[Layout, ...] = (CENTRAL, BESIDE_AXIS, THREADS, *AROUND, ALONG, WOUND)
+"""All of them."""
+
+__all__ = ["LAYOUTS", "Drawn", "Draws", "Layout", "NoRoom"]

@@ -1,0 +1,263 @@
+"""The search: all candidates are designed a little, the best of them further, and the best two on a finer mesh.
+
+Successive halving (Jamieson & Talwalkar 2016) with the design loop inside: a candidate that goes on resumes its own
+run. The best of every layout goes on before the second best of another one, since layouts begin at different speeds.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from pneumorph.problem import Problem
+from pneumorph.proposals.candidates import Candidate, draw_candidates
+from pneumorph.proposals.target import Target
+from pneumorph.results import HistoryEntry
+from pneumorph.run import RunDirectory, open_run
+from pneumorph.study import Member
+from pneumorph.study.members import MemberEnd, finished
+
+KEPT = 1.0 / 3.0
+"""Part of the candidates that goes on after each comparison."""
+
+FINER, BEST = 0.65, 2
+"""Size of the elements of proposals over that of candidates, and number of proposals."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much is searched.
+
+    Attributes
+    ----------
+    candidates : int
+        Number of bodies that are drawn.
+    seed : int
+        Of the draws.
+    minutes : float
+        How long it may take. A stage that has begun is ended.
+    stages : tuple of int
+        Designs after which candidates are compared.
+    designs : int
+        Designs of the proposals.
+    """
+
+    candidates: int = 24
+    seed: int = 0
+    minutes: float = 30.0
+    stages: tuple[int, ...] = (2, 6, 14)
+    designs: int = 20
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A candidate and how it ended.
+
+    Attributes
+    ----------
+    candidate : Candidate
+    run : Path or None
+        Its run directory: that of the finer mesh for those that were designed to the end.
+    entry : HistoryEntry or None
+        Its best design.
+    final : bool
+        Whether it was designed to the end.
+    lost : str
+        Why it did not go on, as a sentence; empty for those that were designed to the end.
+    """
+
+    candidate: Candidate
+    run: Path | None
+    entry: HistoryEntry | None
+    final: bool
+    lost: str = ""
+
+    @property
+    def achieved(self) -> str:
+        """What its design does in each task, in words."""
+        if self.entry is None:
+            return ""
+        tasks = self.candidate.posed.task
+        return ", ".join(each.objective.achieved(self.entry.tasks[each.name]).beside_target for each in tasks)
+
+
+class Runner(Protocol):
+    """Runs members in their directories under a folder, and yields their ends as they come."""
+
+    def __call__(self, members: Mapping[str, Member], drawn: bool) -> Iterator[MemberEnd]: ...
+
+
+def propose(
+    target: Target, out: Path, plan: Plan, runner: Runner, workers: int, said: Callable[[str], None] = lambda text: None
+) -> list[Proposal]:
+    """Search bodies for a target.
+
+    What is on disk is not computed again, so that a search that was stopped goes on.
+
+    Parameters
+    ----------
+    target : what is asked.
+    out : the directory of the search; every candidate has its run directory in it.
+    plan : how much is searched.
+    runner : runs members.
+    workers : how many it runs at once.
+    said : called with a line after each comparison.
+
+    Returns
+    -------
+    list of Proposal
+        All candidates, the best first.
+
+    Raises
+    ------
+    ProblemError
+        If no layout suits the target, or the directory contains something else.
+    """
+    clock = _Clock(plan)
+    drawn = list(draw_candidates(target, plan.candidates, plan.seed))
+    # (reason, and the stage that was reached) of those that do not go on.
+    lost = {each.name: (f"no body was found: {each.reason}", -1) for each in drawn if each.problem is None}
+    going = [each for each in drawn if each.problem is not None]
+    for stage, designs in enumerate(plan.stages):
+        wanted = {each.name: _member(each.name, each.posed, designs) for each in going}
+        ended = _run(wanted, out, runner, workers, clock.until(stage), drawn=False)
+        for name in wanted.keys() - ended.keys():
+            lost[name] = (f"there was no time for {designs} designs", stage - 1)
+        ranked = _ranked([each for each in going if each.name in ended], out, designs)
+        for each in list(ranked):
+            if _standing(out / each.name, designs) is None:
+                lost[each.name] = (ended[each.name] or f"none of {designs} designs satisfies the limits", stage)
+                ranked.remove(each)
+        keep = max(BEST, math.ceil(KEPT * len(ranked)))
+        going = ranked[:keep]
+        for each in ranked[keep:]:
+            lost[each.name] = (_behind(each, going, out, designs), stage)
+        said(f"{len(ranked)} candidates compared after {designs} designs; {_words(going, out, designs)}")
+    finals = {_final(each): each for each in going[:BEST]}
+    for each in going[BEST:]:
+        lost[each.name] = (_behind(each, going[:BEST], out, plan.stages[-1]), len(plan.stages))
+    wanted = {name: _member(name, each.posed, plan.designs, FINER) for name, each in finals.items()}
+    ended = _run(wanted, out, runner, workers, clock.until(len(plan.stages)), drawn=True)
+    proposals = []
+    for name, each in finals.items():
+        entry = _standing(out / name, plan.designs) if name in ended else None
+        if entry is None:
+            reason = ended.get(name) or "there was no time for the finer mesh"
+            proposals.append(
+                Proposal(each, out / each.name, _standing(out / each.name, plan.stages[-1]), False, reason)
+            )
+        else:
+            proposals.append(Proposal(each, out / name, entry, True))
+    proposals.sort(key=lambda each: (not each.final, each.entry.objective if each.entry else math.inf))
+    rest = sorted((each for each in drawn if each.name in lost), key=lambda each: -lost[each.name][1])
+    return proposals + [_loser(each, out, plan.stages[-1], lost[each.name][0]) for each in rest]
+
+
+class _Clock:
+    """Time of a search: a third for the first comparison, and the rest in equal parts."""
+
+    def __init__(self, plan: Plan):
+        self._start, self._seconds, self._stages = time.monotonic(), 60.0 * plan.minutes, len(plan.stages)
+
+    def until(self, stage: int) -> Callable[[], bool]:
+        """Whether the time of a stage and of those before it is used up."""
+        share = 1.0 / 3.0 + 2.0 / 3.0 * stage / self._stages
+        return lambda: time.monotonic() - self._start > share * self._seconds
+
+
+def _final(candidate: Candidate) -> str:
+    return f"{candidate.name}-fine"
+
+
+def _member(name: str, problem: Problem, designs: int, finer: float = 1.0) -> Member:
+    changes: dict[str, Any] = {"optimizer.iterations": designs}
+    if finer != 1.0:
+        changes["mesh.size"] = f"{finer * problem.mesh.size:.3g} mm"
+    return Member(name, changes, problem.with_changes(changes))
+
+
+def _run(
+    members: Mapping[str, Member], out: Path, runner: Runner, workers: int, late: Callable[[], bool], drawn: bool
+) -> dict[str, str]:
+    """The reasons for which members failed, empty for those that did not; those for which there is no time are missing.
+
+    Parameters
+    ----------
+    members, out : what is to be run, and the directory of the search.
+    runner, workers : what runs so many at once.
+    late : whether there is no time left.
+    drawn : whether pictures are drawn.
+    """
+    ended: dict[str, str] = {}
+    waiting = list(members.values())
+    for first in range(0, len(waiting), 2 * workers):
+        if late():
+            break
+        batch = waiting[first : first + 2 * workers]
+        todo = {each.name: each for each in batch if not _done(out / each.name, each.problem)}
+        ended |= {each.name: "" for each in batch if each.name not in todo}
+        for end in runner(todo, drawn) if todo else ():
+            ended[end.name] = "" if end.completed else end.reason
+    return ended
+
+
+def _done(directory: Path, problem: Problem) -> bool:
+    """Whether a run has all the designs that are asked for, or has ended by itself."""
+    if not (directory / "problem.toml").exists():
+        return False
+    run = open_run(directory)
+    designs = (run.latest() or 0) >= problem.optimizer.iterations
+    return designs or _ended_before(run) or finished(directory, problem)
+
+
+def _ended_before(run: RunDirectory) -> bool:
+    """Whether a run has ended with fewer designs than were asked for: nothing changes if it goes on."""
+    result = run.result()
+    return result is not None and result.iterations < run.problem.optimizer.iterations
+
+
+def _standing(directory: Path, designs: int) -> HistoryEntry | None:
+    """The last of so many designs, if it satisfies the limits."""
+    if not (directory / "problem.toml").exists():
+        return None
+    entries = [entry for entry in open_run(directory).history() if entry.iteration <= designs and entry.held]
+    return entries[-1] if entries else None
+
+
+def _ranked(going: Sequence[Candidate], out: Path, designs: int) -> list[Candidate]:
+    """Candidates in the order in which they go on: the best of each layout, then the second best of each, and so on."""
+
+    def value(each: Candidate) -> float:
+        entry = _standing(out / each.name, designs)
+        return math.inf if entry is None else entry.objective
+
+    best = sorted(going, key=value)
+    place = {each.name: [other.name for other in best if other.layout == each.layout].index(each.name) for each in best}
+    # Sorting keeps the order of what is alike.
+    return sorted(best, key=lambda each: (value(each) == math.inf, place[each.name]))
+
+
+def _behind(candidate: Candidate, going: Sequence[Candidate], out: Path, designs: int) -> str:
+    own = Proposal(candidate, None, _standing(out / candidate.name, designs), False).achieved
+    least = max(going, key=lambda each: entry.objective if (entry := _standing(out / each.name, designs)) else math.inf)
+    other = Proposal(least, None, _standing(out / least.name, designs), False).achieved
+    return f"after {designs} designs {own}, where {least.name} had {other}"
+
+
+def _words(going: Sequence[Candidate], out: Path, designs: int) -> str:
+    if not going:
+        return "none satisfies the limits"
+    best = min(going, key=lambda each: entry.objective if (entry := _standing(out / each.name, designs)) else math.inf)
+    achieved = Proposal(best, None, _standing(out / best.name, designs), False).achieved
+    return f"the best is {best.name}: {achieved}"
+
+
+def _loser(candidate: Candidate, out: Path, designs: int, reason: str) -> Proposal:
+    directory = out / candidate.name
+    begun = (directory / "problem.toml").exists()
+    entry = _standing(directory, designs) if begun else None
+    return Proposal(candidate, directory if begun else None, entry, False, reason)

@@ -1,0 +1,79 @@
+"""A search on bodies so small that each design takes a second."""
+
+import csv
+
+import pytest
+
+from pneumorph.proposals import Plan, Target, propose
+from pneumorph.proposals.results import reaches, write_table
+from pneumorph.run import open_run
+from pneumorph.study.members import MemberEnd, run_member
+
+TARGET = Target.model_validate(
+    {
+        "material": {"name": "Hei-Cast 8400"},
+        "space": {"length": "20 mm", "radius": "9 mm"},
+        "pressure": {"max": "60 kPa"},
+        "task": [{"name": "bend", "objective": {"motion": "bending_y"}}],
+        "limits": {"wall": "1.5 mm"},
+    }
+)
+
+
+FEW = Plan(candidates=7, seed=1, minutes=60.0, stages=(1, 2), designs=2)
+
+
+class Runner:
+    """Runs members one by one in this process, and remembers their names."""
+
+    def __init__(self, out):
+        self.out, self.names = out, []
+
+    def __call__(self, members, drawn):
+        for name, member in members.items():
+            self.names.append(name)
+            yield run_member(name, member.problem, str(self.out / name), lambda *_: None, drawn=False)
+
+
+@pytest.mark.slow
+def test_the_best_go_on_and_a_search_is_taken_up_again(tmp_path):
+    runner, said = Runner(tmp_path), []
+    found = propose(TARGET, tmp_path, FEW, runner, 1, said.append)
+    finals = [each for each in found if each.final]
+    assert len(found) == 7 and len(finals) == 2 and found[:2] == finals
+    assert finals[0].entry.objective <= finals[1].entry.objective
+    assert len(said) == 2
+    # Everything that did not go on says why.
+    assert all(each.lost for each in found[2:]) and not any(each.lost for each in finals)
+    # The best after the first comparison is at least as good as those that were left then.
+    first = {each.candidate.name: open_run(each.run).history()[-1].objective for each in found[2:] if each.run}
+    assert first
+    for each in finals:
+        assert each.run.name == f"{each.candidate.name}-fine"
+        assert open_run(each.run).problem.mesh.size < each.candidate.posed.mesh.size
+        assert reaches(each) is None
+        assert "°" in each.achieved
+    rows = list(csv.DictReader(write_table(found, tmp_path).open()))
+    assert [row["candidate"] for row in rows] == [each.candidate.name for each in found]
+    assert [row["went on"] for row in rows].count("to the end") == 2
+
+    again = Runner(tmp_path)
+    repeated = propose(TARGET, tmp_path, FEW, again, 1)
+    assert again.names == []
+    assert [each.candidate.name for each in repeated] == [each.candidate.name for each in found]
+
+
+def test_without_time_nothing_is_begun_and_each_candidate_says_so(tmp_path):
+    runner = Runner(tmp_path)
+    found = propose(TARGET, tmp_path, Plan(candidates=3, minutes=0.0), runner, 1)
+    assert runner.names == []
+    assert all("no time" in each.lost for each in found)
+    assert not any(each.final for each in found)
+
+
+def test_a_candidate_that_fails_is_lost_with_its_reason(tmp_path):
+    def failing(members, drawn):
+        return (MemberEnd(name, False, "no equilibrium was found") for name in members)
+
+    found = propose(TARGET, tmp_path, Plan(candidates=3), failing, 1)
+    assert [each.lost for each in found] == ["no equilibrium was found"] * 3
