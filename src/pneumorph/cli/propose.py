@@ -11,13 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph import compiling, doing
-from pneumorph.errors import ComputationError, ProblemError, printable
+from pneumorph.errors import ComputationError, printable
 from pneumorph.interface.propose import propose as search
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.render import NoPicture
 from pneumorph.proposals import Plan, Proposal, load_target
 from pneumorph.proposals.candidates import suited
 from pneumorph.proposals.results import draw_proposals, reaches, write_page, write_table
+from pneumorph.proposals.search import BEST
 from pneumorph.results import HistoryEntry
 from pneumorph.results.targets import Reached
 
@@ -73,27 +74,23 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
     except Interrupted as stop:
         raise stop.saying(f"stopped; the same command goes on with what is in {folder}") from None
     table = write_table(proposals, folder)
-    finals, title = [each for each in proposals if each.final], target.title or source.stem
+    best, title = [each for each in proposals[:BEST] if each.entry is not None], target.title or source.stem
     if not quiet:
         console.print(_table(title, proposals))
     say_where = partial(console.print, soft_wrap=True)
     say_where(Text(f"table of all {len(proposals)} candidates in {table}"))
-    if not finals:
-        raise ComputationError(
-            f"{folder}: no candidate was designed to the end, as the table says; give it more --minutes or --candidates"
-        )
+    if not best:
+        raise ComputationError(f"{folder}: no candidate satisfies the limits; the table says what was against each")
     try:
-        say_where(Text(f"sheet in {draw_proposals(title, proposals, folder)}"))
+        say_where(Text(f"sheet in {draw_proposals(title, best, folder)}"))
     except NoPicture as error:
         say_where(Text(f"the sheet could not be drawn: {error}"))
-    try:
-        say_where(Text(f"everything in one page: {write_page(proposals, folder)}"))
-    except ProblemError as error:
-        say_where(Text(f"the page could not be written: {error}"))
-    best = finals[0]
-    again = f"pneumorph design {best.run}/problem.toml --out {best.run} --resume --iterations 40"
-    say_where(Text(f"The best is {best.run}: {best.achieved}. To go on with it: {again}"))
-    return 3 if reaches(best) is Reached.NO else 0
+    say_where(Text(f"everything in one page: {write_page(best, folder)}"))
+    first = best[0]
+    again = f"pneumorph design {first.run}/problem.toml --out {first.run} --resume --iterations 40"
+    said = f"The best is {first.run}: {first.achieved}. To go on with it: {again}"
+    say_where(Text(said if first.final else f"{said} ({first.lost}, so its motion is that of a coarse one)"))
+    return 3 if reaches(first) is Reached.NO else 0
 
 
 def _table(title: str, proposals: Sequence[Proposal]) -> Table:

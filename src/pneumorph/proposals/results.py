@@ -63,25 +63,23 @@ def write_table(proposals: Sequence[Proposal], out: Path) -> Path:
 
 
 def write_page(proposals: Sequence[Proposal], out: Path) -> Path:
-    """Write the page of the proposals, those that were designed to the end.
+    """Write the page of proposals that have designs.
 
     Raises
     ------
     ProblemError
-        If there is none, or the file cannot be written.
+        If the file cannot be written.
     """
-    return write_study_page(out, [open_run(each.run) for each in proposals if each.final and each.run is not None])
+    return write_study_page(out, [open_run(each.run) for each in proposals if each.run is not None])
 
 
 def draw_proposals(title: str, proposals: Sequence[Proposal], out: Path) -> Path:
-    """Draw ``sheet.png``: the proposals at rest and inflated.
+    """Draw ``sheet.png``: proposals that have designs, at rest and inflated.
 
     Raises
     ------
     NoPicture
         If this machine cannot draw off-screen.
     """
-    members = tuple(
-        Member(each.run.name, {}, each.candidate.posed) for each in proposals if each.final and each.run is not None
-    )
+    members = tuple(Member(each.run.name, {}, each.candidate.posed) for each in proposals if each.run is not None)
     return write_sheet(Study(title, members), out, [each.name for each in members])

@@ -1,7 +1,8 @@
 """The search: all candidates are designed a little, the best of them further, and the best two on a finer mesh.
 
 Successive halving (Jamieson & Talwalkar 2016) with the design loop inside: a candidate that goes on resumes its own
-run. The best of every layout goes on before the second best of another one, since layouts begin at different speeds.
+run. After the first comparison the best of every layout goes on before the second best of another one, since layouts begin
+at different speeds.
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ def propose(
         ended = _run(wanted, out, runner, workers, clock.until(stage), drawn=False)
         for name in wanted.keys() - ended.keys():
             lost[name] = (f"there was no time for {designs} designs", stage - 1)
-        ranked = _ranked([each for each in going if each.name in ended], out, designs)
+        ranked = _ranked([each for each in going if each.name in ended], out, designs, by_layout=stage == 0)
         for each in list(ranked):
             if _standing(out / each.name, designs) is None:
                 lost[each.name] = (ended[each.name] or f"none of {designs} designs satisfies the limits", stage)
@@ -137,24 +138,25 @@ def propose(
         for each in ranked[keep:]:
             lost[each.name] = (_behind(each, going, out, designs), stage)
         said(f"{len(ranked)} candidates compared after {designs} designs; {_words(going, out, designs)}")
-    finals = {_final(each): each for each in going[:BEST]}
     for each in going[BEST:]:
         lost[each.name] = (_behind(each, going[:BEST], out, plan.stages[-1]), len(plan.stages))
-    wanted = {name: _member(name, each.posed, plan.designs, FINER) for name, each in finals.items()}
+    going = going[:BEST]
+    wanted = {_final(each): _member(_final(each), each.posed, plan.designs, FINER) for each in going}
     ended = _run(wanted, out, runner, workers, clock.until(len(plan.stages)), drawn=True)
-    proposals = []
-    for name, each in finals.items():
-        entry = _standing(out / name, plan.designs) if name in ended else None
-        if entry is None:
-            reason = ended.get(name) or "there was no time for the finer mesh"
-            proposals.append(
-                Proposal(each, out / each.name, _standing(out / each.name, plan.stages[-1]), False, reason)
-            )
-        else:
-            proposals.append(Proposal(each, out / name, entry, True))
+    proposals = [_proposal(each, out, plan, ended) for each in going]
     proposals.sort(key=lambda each: (not each.final, each.entry.objective if each.entry else math.inf))
     rest = sorted((each for each in drawn if each.name in lost), key=lambda each: -lost[each.name][1])
     return proposals + [_loser(each, out, plan.stages[-1], lost[each.name][0]) for each in rest]
+
+
+def _proposal(candidate: Candidate, out: Path, plan: Plan, ended: Mapping[str, str]) -> Proposal:
+    """One of the best: on the finer mesh, or if that failed or there was no time for it, as it was compared last."""
+    name, coarse = _final(candidate), out / candidate.name
+    entry = _standing(out / name, plan.designs) if name in ended else None
+    if entry is not None:
+        return Proposal(candidate, out / name, entry, True)
+    why = ended.get(name) or "there was no time for the finer mesh"
+    return Proposal(candidate, coarse, _standing(coarse, plan.stages[-1]), False, why)
 
 
 class _Clock:
@@ -228,23 +230,29 @@ def _standing(directory: Path, designs: int) -> HistoryEntry | None:
     return entries[-1] if entries else None
 
 
-def _ranked(going: Sequence[Candidate], out: Path, designs: int) -> list[Candidate]:
-    """Candidates in the order in which they go on: the best of each layout, then the second best of each, and so on."""
+def _ranked(going: Sequence[Candidate], out: Path, designs: int, by_layout: bool) -> list[Candidate]:
+    """Candidates, the best first; by layout the best of each come first, then the second best of each, and so on."""
 
     def value(each: Candidate) -> float:
         entry = _standing(out / each.name, designs)
         return math.inf if entry is None else entry.objective
 
     best = sorted(going, key=value)
+    if not by_layout:
+        return best
     place = {each.name: [other.name for other in best if other.layout == each.layout].index(each.name) for each in best}
     # Sorting keeps the order of what is alike.
     return sorted(best, key=lambda each: (value(each) == math.inf, place[each.name]))
 
 
 def _behind(candidate: Candidate, going: Sequence[Candidate], out: Path, designs: int) -> str:
+    """Why others went on: one of the same layout was better, or else the last of those that did."""
     own = Proposal(candidate, None, _standing(out / candidate.name, designs), False).achieved
-    least = max(going, key=lambda each: entry.objective if (entry := _standing(out / each.name, designs)) else math.inf)
-    other = Proposal(least, None, _standing(out / least.name, designs), False).achieved
+    alike = [each for each in going if each.layout == candidate.layout]
+    entries = {each.name: _standing(out / each.name, designs) for each in going}
+    values = {name: math.inf if entry is None else entry.objective for name, entry in entries.items()}
+    least = max(alike or going, key=lambda each: values[each.name])
+    other = Proposal(least, None, entries[least.name], False).achieved
     return f"after {designs} designs {own}, where {least.name} had {other}"
 
 
