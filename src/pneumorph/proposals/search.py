@@ -1,8 +1,8 @@
 """The search: all candidates are designed a little, the best of them further, and the best two on a finer mesh.
 
 Successive halving (Jamieson & Talwalkar 2016) with the design loop inside: a candidate that goes on resumes its own
-run. After the first comparison the best of every layout goes on before the second best of another one, since layouts begin
-at different speeds.
+run. After the first comparison the best of every layout goes on before the second best of another one, since layouts
+begin at different speeds.
 """
 
 from __future__ import annotations
