@@ -8,45 +8,43 @@ A casting without an equilibrium is counted; the deviation is that of the others
 """
 
 import argparse
-from dataclasses import replace
 
 import numpy as np
 
 import pneumorph as pm
 from pneumorph.analysis.near import Solved, analyse_near
-from pneumorph.analysis.scatter import UNITS, Tolerances, scatter_of, shape_causes
-from pneumorph.mechanics import Equilibrium, predict, solve
+from pneumorph.analysis.scatter import scatter_of
+from pneumorph.analysis.tolerances import LOADS, MODULUS, UNITS, Tolerances, as_cast, pressure_of, shape_causes
+from pneumorph.mechanics import Equilibrium, Tangent, predict, solve
 from pneumorph.objective import measure_features
 from pneumorph.problem.components import MOTIONS
 
+ENOUGH = 1e-5
+"""Relative residual of the states."""
 
-def sampled(whole: Solved, task: str, samples: int, seed: int) -> tuple[np.ndarray, int]:
+
+def sampled(whole: Solved, task: str, tolerances: Tolerances, samples: int, seed: int) -> tuple[np.ndarray, int]:
     """Motions (n, 6) of castings of a body in a task, and the number of those without an equilibrium."""
     at, state = whole.analysis.configurations[task], whole.analysis.equilibria[task].state
-    disc, tolerances, random = whole.disc, Tolerances(), np.random.default_rng(seed)
-    tangent = disc.tangents[task]
-    along = []
-    for each in shape_causes(disc.morph, at.X, tolerances):
-        everywhere = each.motion if len(each.motion) == len(at.X) else disc.morph.extend(each.motion)
-        along.append(each.tolerance * everywhere)
+    disc, random = whole.disc, np.random.default_rng(seed)
+    # One stays factorised where castings are predicted from; they begin with the factorisation of the one before.
+    tangent, search = disc.tangents[task], Tangent(disc.model)
+    tangent.move_to(at, state)
+    along = [each.tolerance * each.everywhere(disc.morph) for each in shape_causes(disc.morph, at.X, tolerances)]
+    others = {MODULUS: tolerances.rubber, **dict.fromkeys(LOADS.values(), tolerances.load)}
+    others |= {pressure_of(chamber): tolerances.pressure for chamber in disc.model.chambers}
     motions, missing = [], 0
     for _ in range(samples):
-        X = at.X + np.tensordot(random.standard_normal(len(along)), along, axes=1)
-        softer = 1.0 / (1.0 + tolerances.rubber * random.standard_normal())
-        pressure = at.loads.pressure + tolerances.pressure * random.standard_normal(len(disc.model.chambers))
-        scaled = {
-            name: softer * (1.0 + tolerances.load * random.standard_normal()) * getattr(at.loads, name)
-            for name in ("acceleration", "spring", "wrench")
-        }
-        loads = at.loads._replace(pressure=softer * pressure, **scaled)
-        casting = replace(at, X=X, loads=loads)
-        tangent.move_to(at, state)
-        answer = solve(casting, tangent, predict(at, tangent, state, X - at.X, loads), since=(at, state), most=60)
+        moved = np.tensordot(random.standard_normal(len(along)), along, axes=1)
+        changes = {name: tolerance * random.standard_normal() for name, tolerance in others.items()}
+        casting = as_cast(at, moved, changes)
+        start = predict(at, tangent, state, moved, casting.loads)
+        answer = solve(casting, search, start, ENOUGH, since=(at, state), most=60)
         if not isinstance(answer, Equilibrium):
             missing += 1
             continue
-        moved = measure_features(disc.model, X, answer.state)
-        motions.append(np.concatenate([moved.translation, moved.rotation]))
+        tip = measure_features(disc.model, casting.X, answer.state)
+        motions.append(np.concatenate([tip.translation, tip.rotation]))
     return np.array(motions), missing
 
 
@@ -64,7 +62,7 @@ def main() -> None:
         problem = design.problem.with_changes({"mesh.size": asked.size}) if asked.size else design.problem
         whole = analyse_near(problem, design.body, (), design.stored, design.entry.tasks)
         for task, scatter in scatter_of(whole, Tolerances()).items():
-            motions, missing = sampled(whole, task, asked.samples, asked.seed)
+            motions, missing = sampled(whole, task, Tolerances(), asked.samples, asked.seed)
             largest = scatter.deviations * ([1.0] * 3 + [10.0] * 3)
             for k in np.flatnonzero(largest > 0.1 * largest.max()):
                 unit, size = ("mm", 1.0) if k < 3 else ("°", 1.0 / UNITS["°"])

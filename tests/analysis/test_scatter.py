@@ -7,7 +7,9 @@ import pytest
 from texts import BEND_UNDER_LOADS, TWO_BESIDE, problem_text
 
 from pneumorph.analysis.near import analyse_near
-from pneumorph.analysis.scatter import Tolerances, one_deviation, scatter_of, shape_causes, with_moduli
+from pneumorph.analysis.scatter import one_deviation, scatter_of, with_moduli
+from pneumorph.analysis.thickening import thickening_of
+from pneumorph.analysis.tolerances import Tolerances, shape_causes
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import solve
 from pneumorph.objective import measure_features
@@ -49,7 +51,7 @@ def test_walls_and_cores_have_the_derivatives_of_the_discrete_problem(whole, see
     random, start = np.random.default_rng(seed), motion_at(whole, at)
     along, slope = np.zeros_like(at.X), np.zeros(6)
     for each in shape_causes(morph, at.X, Tolerances()):
-        everywhere = each.motion if len(each.motion) == len(at.X) else morph.extend(each.motion)
+        everywhere = each.everywhere(morph)
         share = random.choice([-1.0, 1.0]) / np.abs(everywhere).max()
         along += share * everywhere
         slope += share * by[each.name]
@@ -115,8 +117,21 @@ def test_castings_off_by_one_deviation_are_solved(whole):
         shares = {"rubbers": {"": 0.1 * part}, "histories": {"": 0.05 * part}}
         tolerances = Tolerances(**{name: part * value for name, value in usual.items()}, **shares)
         scatter = scatter_of(whole, tolerances)["bend"]
-        found = one_deviation(whole, "bend", scatter, 4, tolerances)
+        found = one_deviation(whole, "bend", scatter, 4)
         middle, deviation = scatter.motion[4], scatter.deviations[4]
         far.append(max(abs(found.up - middle - deviation), abs(middle - found.down - deviation)))
         assert far[-1] < 0.1 * deviation
     assert far[1] < 0.35 * far[0]
+
+
+def test_what_rubber_does_at_its_places_adds_up_to_what_a_layer_does(whole):
+    """The change per volume, over the surface, is that by rubber on all of it; bending by rubber has both signs."""
+    change = thickening_of(whole, "bend", ["bending_y"])["bending_y"]
+    mesh = whole.disc.morph.mesh.at(whole.analysis.X)
+    causes = {cause.name: cause.by[4] for cause in scatter_of(whole, Tolerances())["bend"].causes}
+    for face, where in (("exterior", "the exterior"), ("chamber A", "chamber A"), ("chamber B", "chamber B")):
+        corners = mesh.faces[face][:, :3]
+        first, second, third = (mesh.points[corners[:, k]] for k in range(3))
+        areas = 0.5 * np.linalg.norm(np.cross(second - first, third - first), axis=1)
+        assert (areas / 3) @ change[corners].sum(axis=1) == pytest.approx(causes[f"rubber at {where}"], rel=1e-9)
+    assert change.min() < 0.0 < change.max()

@@ -14,7 +14,13 @@ from pneumorph.analysis.analyse import (
     predict_states,
 )
 from pneumorph.analysis.ballooning import expect_limit_points, limit_points, margin_slopes, margins, near_margins
-from pneumorph.analysis.collect import collect_fields, collect_task_results, compute_inflation, compute_sag
+from pneumorph.analysis.collect import (
+    collect_castings,
+    collect_fields,
+    collect_task_results,
+    compute_inflation,
+    compute_sag,
+)
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
 from pneumorph.analysis.limited import motion_rows, motion_sizes, sensitivities, sensitivity_rows
@@ -48,6 +54,7 @@ __all__ = [
     "build_discretisation",
     "carry_over",
     "check_stability",
+    "collect_castings",
     "collect_fields",
     "collect_task_results",
     "compute_inflation",

@@ -10,6 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from pneumorph.analysis.bodies import mesh_of
+from pneumorph.analysis.castings import Casting, TaskState, casting_name, solve_castings
+from pneumorph.analysis.tolerances import as_cast
 from pneumorph.analysis.unfound import explained
 from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError
@@ -67,7 +69,8 @@ class Discretisation:
     """A mesh that follows the control points, its mechanical model, and a linear solver and an objective for each task.
 
     `built_at` (n_points, 3) are the control points, in mm, for which it was meshed. In parts, `lateral` are
-    the models of lateral motions, each with the linear solver that they share.
+    the models of lateral motions, each with the linear solver that they share. `castings` that are off, by task, are
+    solved beside the design where it is to be robust.
     """
 
     morph: Morph
@@ -76,6 +79,7 @@ class Discretisation:
     tangents: dict[str, Tangent]
     objectives: dict[str, Objective]
     lateral: tuple[tuple[Model, Tangent], ...] = ()
+    castings: Mapping[str, tuple[Casting, ...]] = field(default_factory=dict)
 
     @cached_property
     def skin(self) -> Skin:
@@ -85,8 +89,9 @@ class Discretisation:
     @property
     def factorisations(self) -> int:
         """Number of factorisations made so far, for all tasks."""
-        across = [tangent for _, tangent in self.lateral[:1]]
-        return sum(tangent.factorisations for tangent in (*self.tangents.values(), *across))
+        others = [tangent for _, tangent in self.lateral[:1]]
+        others += [casting.tangent for castings in self.castings.values() for casting in castings]
+        return sum(tangent.factorisations for tangent in (*self.tangents.values(), *others))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +107,10 @@ class Analysis:
     reinforcements : what is designed of sheets and fibres, by name and key, N/mm and rad.
     configurations, equilibria : by task.
     values : the tasks' objectives.
-    value : J, their weighted sum.
+    value : J, their weighted sum; of tasks with castings the mean of theirs counts.
     self_intersecting : whether the deformed body intersects itself, by task.
     limit_points : the limit points ahead of the states by task, once they have been looked for (`limit_points`).
+    castings : the states of castings that are off, by task.
     """
 
     phi: np.ndarray
@@ -118,6 +124,15 @@ class Analysis:
     value: float
     self_intersecting: dict[str, bool]
     limit_points: dict[str, Margin] = field(default_factory=dict)
+    castings: dict[str, tuple[TaskState, ...]] = field(default_factory=dict)
+
+    def state(self, disc: Discretisation, task: str) -> TaskState:
+        """The state of the design itself in a task."""
+        return TaskState(self.configurations[task], disc.tangents[task], self.equilibria[task], self.values[task])
+
+    def states(self, disc: Discretisation, task: str) -> tuple[TaskState, ...]:
+        """The states whose mean objective is that of a task: those of its castings, else the design's own."""
+        return self.castings.get(task) or (self.state(disc, task),)
 
 
 def discretise(problem: Problem, body: Body) -> Discretisation:
@@ -193,7 +208,7 @@ def analyse(
     """
     points = space.control_points(phi)
     X, pressures, reinforcement = disc.morph.positions(points), space.pressures(phi), space.reinforcement(phi)
-    configurations, equilibria, values, crossing = {}, {}, {}, {}
+    configurations, equilibria, values, crossing, castings, weighed = {}, {}, {}, {}, {}, {}
     touches_itself = disc.model.contact is not None and disc.model.contact.own is not None
     for number, task in enumerate(problem.task):
         under = acting(problem, task)
@@ -216,8 +231,20 @@ def analyse(
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
         crossing[task.name] = not touches_itself and disc.skin.intersects_itself(X + equilibrium.u)
-    value = sum(task.weight * values[task.name] for task in problem.task)
-    return Analysis(phi, points, X, pressures, space.data(phi), configurations, equilibria, values, value, crossing)
+        weighed[task.name] = values[task.name]
+        if asked := disc.castings.get(task.name):
+            solver, objective = disc.tangents[task.name], disc.objectives[task.name]
+            begins = [(starts or {}).get(casting_name(task.name, number)) for number in range(len(asked))]
+            with doing(f"castings of task {task.name} that are off"):
+                off = solve_castings(asked, at, solver, equilibrium.state, objective, begins, tolerance, most)
+            if isinstance(off, NoEquilibrium):
+                return replace(off, reason=f"a casting that is off has no state: {off.reason}")
+            castings[task.name], weighed[task.name] = off, sum(each.value for each in off) / len(off)
+    value = sum(task.weight * weighed[task.name] for task in problem.task)
+    data = space.data(phi)
+    return Analysis(
+        phi, points, X, pressures, data, configurations, equilibria, values, value, crossing, castings=castings
+    )
 
 
 @doing("testing whether the states are stable")
@@ -267,7 +294,7 @@ def lateral_stiffness(disc: Discretisation, analysis: Analysis, at_rest: bool = 
 
 
 def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:
-    """Predict the states of all tasks to first order, for a design near an analysed one on the same mesh.
+    """Predict the states of all tasks and castings to first order, for a design near an analysed one on the same mesh.
 
     Parameters
     ----------
@@ -278,7 +305,7 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
 
     Returns
     -------
-    {task: Guess}
+    {name: Guess}
     """
     dX = disc.morph.positions(space.control_points(phi)) - analysis.X
     pressures, reinforcement = space.pressures(phi), space.reinforcement(phi)
@@ -289,6 +316,11 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
         pressure = np.array([own[chamber] for chamber in disc.model.chambers])
         loads = at.loads._replace(pressure=pressure, reinforcement=reinforcement)
         guesses[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
+        off = zip(disc.castings.get(name, ()), analysis.castings.get(name, ()), strict=True)
+        for number, (casting, known) in enumerate(off):
+            there = as_cast(replace(at, loads=loads), casting.motion, casting.changes)
+            guess = predict(known.at, known.tangent, known.equilibrium.state, dX, there.loads)
+            guesses[casting_name(name, number)] = guess
     return guesses
 
 

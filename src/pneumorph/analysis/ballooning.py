@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.analysis.castings import TaskState, casting_name
 from pneumorph.doing import doing
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Tangent, limit_ahead
@@ -25,10 +26,20 @@ FARTHEST = 5.0
 """Estimates above are taken for this one: no design is far from ballooning because one long before was."""
 
 
+def _states(disc: Discretisation, analysis: Analysis) -> dict[str, tuple[str, TaskState]]:
+    """The states that must not balloon, each with its task, by names: those of the tasks, and of castings."""
+    states = {}
+    for task in analysis.configurations:
+        states[task] = task, analysis.state(disc, task)
+        for number, off in enumerate(analysis.castings.get(task, ())):
+            states[casting_name(task, number)] = task, off
+    return states
+
+
 def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapping[str, Margin]:
     """The limit point ahead of every task: without a state where it is beyond `BEYOND` times the bound, or none is.
 
-    Under vacuum alone nothing balloons.
+    And of castings that are off, each under a name of its own. Under vacuum alone nothing balloons.
 
     Parameters
     ----------
@@ -36,18 +47,17 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
     analysis : of the design, which keeps what was found.
     bound : of the margin.
     """
-    for name, at in analysis.configurations.items():
+    for name, (_, own) in _states(disc, analysis).items():
         if name in analysis.limit_points:
             continue
         with doing(f"looking for ballooning in task {name}"):
-            equilibrium = analysis.equilibria[name]
             # A given volume does not grow by itself, and what is sealed not without end.
-            inflated = float(np.max(given_pressures(at))) > 0.0
-            estimate = limit_ahead(at, disc.tangents[name], equilibrium.state) if inflated else math.inf
+            inflated = float(np.max(given_pressures(own.at))) > 0.0
+            estimate = limit_ahead(own.at, own.tangent, own.equilibrium.state) if inflated else math.inf
             ahead = Margin(BEYOND * bound, None)
             if estimate < NEAR * bound:
                 # With another solver: those of the tasks keep the factorisations from which the next design starts.
-                ahead = find_margin(at, Tangent(disc.model), equilibrium, bound)
+                ahead = find_margin(own.at, Tangent(disc.model), own.equilibrium, bound)
             analysis.limit_points[name] = replace(ahead, estimate=estimate)
     return analysis.limit_points
 
@@ -69,7 +79,7 @@ def expect_limit_points(before: Analysis, analysis: Analysis, bound: float) -> N
 def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> tuple[dict[str, float], dict[str, float]]:
     """The margins of the tasks whose limit point is near; and how far the others were followed where that is not known.
 
-    All estimates are made again.
+    All estimates are made again, and castings that are off do not count.
 
     Parameters
     ----------
@@ -77,14 +87,21 @@ def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> tupl
     analysis : of the design.
     bound : of the margin; `BEYOND` times it is the farthest that counts as near.
     """
-    points = limit_points(disc, replace(analysis, limit_points={}), bound)
+    points = limit_points(disc, replace(analysis, limit_points={}, castings={}), bound)
     near = {name: ahead.load for name, ahead in points.items() if ahead.state is not None}
     return near, {name: ahead.load for name, ahead in points.items() if not ahead.known}
 
 
 def margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:
-    """The pressures of the limit point ahead of every task over its own, where known; see `sensitivity.margin`."""
-    return {name: ahead.load for name, ahead in limit_points(disc, analysis, bound).items() if ahead.known}
+    """The pressures of the limit point ahead of every task over its own, where known; see `sensitivity.margin`.
+
+    With castings that are off, the least of them.
+    """
+    points, least = limit_points(disc, analysis, bound), {}
+    for name, (task, _) in _states(disc, analysis).items():
+        if points[name].known:
+            least[task] = min(points[name].load, least.get(task, math.inf))
+    return least
 
 
 def margin_slopes(
@@ -99,13 +116,16 @@ def margin_slopes(
     bound : of the margin.
     """
     values, rows = [], []
-    for name, ahead in limit_points(disc, analysis, bound).items():
+    points = limit_points(disc, analysis, bound)
+    for name, (task, own) in _states(disc, analysis).items():
+        ahead = points[name]
         if not ahead.known:
             continue
         values.append(ahead.load)
         if ahead.state is None:
             rows.append(np.zeros(space.n))
             continue
-        by_X, by_pressure, by_reinforcement = margin_slope(analysis.configurations[name], Tangent(disc.model), ahead)
-        rows.append(space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_reinforcement))
+        by_X, by_pressure, by_reinforcement = margin_slope(own.at, Tangent(disc.model), ahead)
+        by_pressure = {chamber: own.per_pressure * by for chamber, by in by_pressure.items()}
+        rows.append(space.pullback(disc.morph.pullback(by_X), {task: by_pressure}, by_reinforcement))
     return np.array(values), np.array(rows).reshape(-1, space.n)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
+from pneumorph.analysis.castings import Casting, casting_name
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.design_space import DesignSpace
-from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mechanics import NoEquilibrium, Tangent
 from pneumorph.mesh.morph import build_morph
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
@@ -38,6 +40,11 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
         arrays["mesh_offset"] = carrier.offset
     arrays |= {f"region {name}": elements for name, elements in carrier.mesh.regions.items()}
     arrays |= {f"face {name}": triangles for name, triangles in carrier.mesh.faces.items()}
+    for task, castings in disc.castings.items():
+        for number, (casting, solved) in enumerate(zip(castings, analysis.castings[task], strict=True)):
+            name = casting_name(task, number)
+            arrays |= {f"moved {name}": casting.motion, f"state {name}": disc.model.vector(solved.equilibrium.state)}
+            arrays |= {f"changed {name}: {cause}": change for cause, change in casting.changes.items()}
     arrays |= pack_covers(carrier.mesh) | pack_caps(carrier.mesh)
     arrays |= {f"param {name}": values for name, values in carrier.param.items()}
     arrays |= {
@@ -90,7 +97,10 @@ def unpack(
             morph = replace(morph, mesh=morph.mesh.at(arrays["mesh_fresh"]), shift=arrays["mesh_shift"])
         check_elements(morph.at(space.control_points(arrays["phi"])))
         disc = build_discretisation(problem, morph, points)
-        starts = {task.name: disc.model.state(np.asarray(arrays[f"state {task.name}"])) for task in problem.task}
+        castings = _castings(problem, disc, arrays)
+        disc = replace(disc, castings={task: tuple(own.values()) for task, own in castings.items()})
+        names = [*(task.name for task in problem.task), *(name for own in castings.values() for name in own)]
+        starts = {name: disc.model.state(np.asarray(arrays[f"state {name}"])) for name in names}
     # It is a mesh, but not one of this problem.
     except (ArithmeticError, KeyError, RuntimeError, ValueError) as error:
         raise ProblemError(
@@ -100,3 +110,16 @@ def unpack(
     if isinstance(analysis, NoEquilibrium):
         raise ProblemError(f"the checkpoint's design cannot be analysed again: {analysis.reason}")
     return disc, analysis
+
+
+def _castings(problem: Problem, disc: Discretisation, arrays: dict[str, Any]) -> dict[str, dict[str, Casting]]:
+    """The castings that are off, by task and name."""
+    castings: dict[str, dict[str, Casting]] = {}
+    for task in problem.task:
+        for number in count():
+            if (moved := f"moved {(name := casting_name(task.name, number))}") not in arrays:
+                break
+            key = f"changed {name}: "
+            changes = {each.removeprefix(key): float(arrays[each]) for each in arrays if each.startswith(key)}
+            castings.setdefault(task.name, {})[name] = Casting(changes, arrays[moved], Tangent(disc.model))
+    return castings

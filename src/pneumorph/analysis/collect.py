@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
+from pneumorph.analysis.castings import TaskState, casting_name
 from pneumorph.doing import doing
 from pneumorph.mechanics import (
     Configuration,
@@ -42,33 +43,51 @@ PARTS = tuple(part / 6 for part in range(1, 6))
 
 def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
     """Collect the result of every task of an analysed design, by the task's name."""
-    results = {}
-    for name, equilibrium in analysis.equilibria.items():
-        objective = disc.objectives[name]
-        moved = objective.features(disc.model, analysis.configurations[name].X, equilibrium.state)
-        translations, rotations = poses_of(disc.model, moved)
-        results[name] = TaskResult(
-            pressures=analysis.pressures[name],
-            objective=analysis.values[name],
-            errors={key: float(error(moved)) for key, error in objective.errors.items()},
-            translation=vector(moved.translation),
-            rotation=vector(moved.rotation),
-            section_positions=tuple(map(vector, np.asarray(moved.section_position))),
-            section_rotations=tuple(vector(rotation_vector(turn)) for turn in np.asarray(moved.section_rotation)),
-            volumes=equilibrium.volumes,
-            max_stretch=equilibrium.max_stretch,
-            beyond_validity=disc.model.beyond_validity(equilibrium.stretches),
-            stable=equilibrium.stable,
-            region_stretches=by_region(equilibrium.stretches),
-            contact={name: vector(on.force) for name, on in moved.contact.items()},
-            contact_normal={name: float(on.normal) for name, on in moved.contact.items()},
-            contact_area={name: float(on.area) for name, on in moved.contact.items()},
-            pose_translations=translations,
-            pose_rotations=rotations,
+    return {
+        name: replace(
+            _result(disc, name, analysis.state(disc, name), analysis.pressures[name]),
             self_intersecting=analysis.self_intersecting[name],
-            gas=amounts(disc.model, analysis.X, analysis.configurations[name].enclosed),
         )
+        for name in analysis.equilibria
+    }
+
+
+def collect_castings(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
+    """The same of castings that are off, by the task's name with a number; whether they intersect is not known."""
+    results = {}
+    for name, castings in analysis.castings.items():
+        for number, off in enumerate(castings):
+            pressures = (np.asarray(off.at.loads.pressure) / off.per_pressure).tolist()
+            own = dict(zip(disc.model.chambers, pressures, strict=True))
+            results[casting_name(name, number)] = _result(disc, name, off, own)
     return results
+
+
+def _result(disc: Discretisation, name: str, state: TaskState, pressures: Mapping[str, float]) -> TaskResult:
+    """The result of a state in a task at pressures in MPa."""
+    objective, at, equilibrium = disc.objectives[name], state.at, state.equilibrium
+    moved = objective.features(disc.model, at.X, equilibrium.state)
+    translations, rotations = poses_of(disc.model, moved)
+    return TaskResult(
+        pressures=pressures,
+        objective=state.value,
+        errors={key: float(error(moved)) for key, error in objective.errors.items()},
+        translation=vector(moved.translation),
+        rotation=vector(moved.rotation),
+        section_positions=tuple(map(vector, np.asarray(moved.section_position))),
+        section_rotations=tuple(vector(rotation_vector(turn)) for turn in np.asarray(moved.section_rotation)),
+        volumes=equilibrium.volumes,
+        max_stretch=equilibrium.max_stretch,
+        beyond_validity=disc.model.beyond_validity(equilibrium.stretches),
+        stable=equilibrium.stable,
+        region_stretches=by_region(equilibrium.stretches),
+        contact={name: vector(on.force) for name, on in moved.contact.items()},
+        contact_normal={name: float(on.normal) for name, on in moved.contact.items()},
+        contact_area={name: float(on.area) for name, on in moved.contact.items()},
+        pose_translations=translations,
+        pose_rotations=rotations,
+        gas=amounts(disc.model, at.X, at.enclosed),
+    )
 
 
 def poses_of(model: Model, moved: Features) -> tuple[dict[str, Vector], dict[str, Vector]]:

@@ -11,79 +11,34 @@ where R_s are the forces of the rubber whose moduli are multiplied by s. Nothing
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple, cast
+from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from pneumorph.analysis.near import Solved
-from pneumorph.analysis.surface_motions import core_shift, core_tilt, growth, offset
+from pneumorph.analysis.tolerances import (
+    LOADS,
+    MODULUS,
+    RUBBER,
+    UNITS,
+    Tolerances,
+    as_cast,
+    history_of,
+    modulus_of,
+    moved_by,
+    pressure_of,
+    shape_causes,
+)
 from pneumorph.doing import doing
 from pneumorph.mechanics import Configuration, Equilibrium, predict, solve, sweep
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
-from pneumorph.mechanics.elements.terms import Loads
-from pneumorph.mesh import Morph
-from pneumorph.mesh.tets import chambers_of
 from pneumorph.objective import measure_features
 from pneumorph.results import Cause, Scatter
 from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
 
-
-@dataclass(frozen=True)
-class Tolerances:
-    """Standard deviations of what a workshop cannot repeat exactly; each cause varies by itself.
-
-    Attributes
-    ----------
-    rubber : float
-        Of the moduli of every rubber, relative, where `rubbers` has none.
-    pressure : float
-        Of every chamber's pressure, MPa.
-    wall : float
-        Of the rubber's thickness at every surface, mm: the whole surface is moved along its normals.
-    shift : float
-        Of the place of every chamber along each axis, mm: of the core that leaves it.
-    tilt : float
-        Of every chamber about x and y, rad, where its core is held: at its end towards the base.
-    scale : float
-        Of the size of the whole body, relative: of a print, or of silicone that shrinks.
-    load : float
-        Of weight, springs and loads of the plate, and of the stiffness of sheets and fibres, relative.
-    rubbers : {region: float}
-        Of the moduli of single regions' rubbers, relative.
-    histories : {region: float}
-        Of the same by loading, unloading and time, relative, where they are known.
-    """
-
-    rubber: float = 0.1
-    pressure: float = 0.001
-    wall: float = 0.1
-    shift: float = 0.2
-    tilt: float = 0.0035
-    scale: float = 0.003
-    load: float = 0.05
-    rubbers: Mapping[str, float] = field(default_factory=dict)
-    histories: Mapping[str, float] = field(default_factory=dict)
-
-
-UNITS = {"mm": 1.0, "°": float(np.radians(1.0)), "kPa": 1e-3, "%": 0.01}
-"""One of each unit in those of the code."""
-
-
-LOADS = {"acceleration": "weight", "spring": "springs", "wrench": "force and torque"}
-"""What the loads of a body are called that vary by a factor."""
-
 MOST_FACTORISATIONS = 60
 """Most for the state of one casting."""
-
-
-class ShapeCause(NamedTuple):
-    """A cause that moves nodes: by (n_surface, 3), with which the others go, or all (N, 3), per unit of the code."""
-
-    name: str
-    unit: str
-    tolerance: float
-    motion: np.ndarray
 
 
 def scatter_of(whole: Solved, tolerances: Tolerances) -> dict[str, Scatter]:
@@ -109,29 +64,6 @@ def scatter_of(whole: Solved, tolerances: Tolerances) -> dict[str, Scatter]:
     return scatters
 
 
-def shape_causes(morph: Morph, X: np.ndarray, tolerances: Tolerances) -> Iterator[ShapeCause]:
-    """The causes that move nodes, in the order in which they are reported.
-
-    Parameters
-    ----------
-    morph, X : the mesh of the whole body and where its nodes are (N, 3), mm.
-    tolerances : of every cause.
-    """
-    mesh, count = morph.mesh.at(X), morph.n_surface
-    chambers = {face: names[0] for face in mesh.faces if (names := chambers_of(face))}
-    for face, where in {
-        "exterior": "the exterior",
-        **{face: f"chamber {name}" for face, name in chambers.items()},
-    }.items():
-        yield ShapeCause(f"rubber at {where}", "mm", tolerances.wall, offset(mesh, face)[:count])
-    for face, name in chambers.items():
-        for axis, motion in zip("xyz", core_shift(mesh, face)[:, :count], strict=True):
-            yield ShapeCause(f"core {name} along {axis}", "mm", tolerances.shift, motion)
-        for axis, motion in zip("xy", core_tilt(mesh, face)[:, :count], strict=True):
-            yield ShapeCause(f"core {name} about {axis}", "°", tolerances.tilt, motion)
-    yield ShapeCause("size of the body", "%", tolerances.scale, growth(mesh))
-
-
 @dataclass(frozen=True)
 class OneDeviation:
     """A motion (mm, rad) where causes together change it most likely by one deviation, up and down; None: no state."""
@@ -140,9 +72,7 @@ class OneDeviation:
     down: float | None
 
 
-def one_deviation(
-    whole: Solved, task: str, scatter: Scatter, motion: int, tolerances: Tolerances
-) -> OneDeviation | None:
+def one_deviation(whole: Solved, task: str, scatter: Scatter, motion: int) -> OneDeviation | None:
     """Solve the castings that are most likely to be off by one standard deviation of a motion, to see its curvature.
 
     Of all changes δ that move it by that much to first order, that with the smallest sum of (δ/σ)² has δ = σ² ∂m/∂δ
@@ -155,7 +85,6 @@ def one_deviation(
     task : name of the task.
     scatter : its scatter.
     motion : number of the motion among the six.
-    tolerances : those of the scatter.
     """
     at, disc = whole.analysis.configurations[task], whole.disc
     deviation = float(scatter.deviations[motion])
@@ -164,14 +93,12 @@ def one_deviation(
     changes = {
         cause.name: UNITS[cause.unit] * cause.tolerance**2 * cause.by[motion] / deviation for cause in scatter.causes
     }
-    X = sum(
-        (
-            changes[each.name] * (each.motion if len(each.motion) == len(at.X) else disc.morph.extend(each.motion))
-            for each in shape_causes(disc.morph, at.X, tolerances)
-        ),
-        np.zeros_like(at.X),
-    )
-    return OneDeviation(*(_solved(whole, task, at.X + way * X, changes, way, motion) for way in (1.0, -1.0)))
+    moved = moved_by(disc.morph, at.X, changes)
+    return OneDeviation(*(_solved(whole, task, way * moved, _times(way, changes), motion) for way in (1.0, -1.0)))
+
+
+def _times(way: float, changes: Mapping[str, float]) -> dict[str, float]:
+    return {name: way * change for name, change in changes.items()}
 
 
 def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.ndarray | None] | None:
@@ -189,7 +116,7 @@ def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.n
     at, disc = whole.analysis.configurations[task], whole.disc
     if not _scales(at):
         return None
-    path = [replace(at, loads=_times(at.loads, 1.0 / factor)) for factor in reversed(factors)]
+    path = [as_cast(at, None, {MODULUS: factor - 1.0}) for factor in reversed(factors)]
     motions: list[np.ndarray | None] = []
     for there, answer in zip(path, sweep(path, disc.tangents[task]), strict=True):
         if isinstance(answer, Equilibrium) and answer.stable:
@@ -206,46 +133,25 @@ def _scales(at: Configuration) -> bool:
     return not (model.contact is not None or model.reinforcements or at.enclosed or len(model.rubbers) > 1)
 
 
-def _times(loads: Loads, factor: float) -> Loads:
-    return loads._replace(
-        pressure=factor * np.asarray(loads.pressure),
-        **{part: factor * np.asarray(getattr(loads, part)) for part in LOADS},
-    )
-
-
-def _solved(
-    whole: Solved, task: str, X: np.ndarray, changes: Mapping[str, float], way: float, motion: int
-) -> float | None:
-    """A motion where nodes are at X and loads are changed, `way` times."""
-    at, state, tangent = (
-        whole.analysis.configurations[task],
-        whole.analysis.equilibria[task].state,
-        whole.disc.tangents[task],
-    )
-    stiffer = changes["modulus of the rubber"] + changes.get("creep, cycles of the rubber", 0.0)
-    softer = 1.0 / (1.0 + way * stiffer)
-    more = np.array([changes.get(f"pressure of {chamber}", 0.0) for chamber in at.model.chambers])
-    scaled = {
-        part: softer * (1.0 + way * changes.get(name, 0.0)) * np.asarray(getattr(at.loads, part))
-        for part, name in LOADS.items()
-    }
-    loads = at.loads._replace(pressure=softer * (np.asarray(at.loads.pressure) + way * more), **scaled)
-    there = replace(at, X=X, loads=loads)
+def _solved(whole: Solved, task: str, moved: np.ndarray, changes: Mapping[str, float], motion: int) -> float | None:
+    """A motion where nodes have moved (N, 3) and causes have changed; None without a state."""
+    at, state = whole.analysis.configurations[task], whole.analysis.equilibria[task].state
+    tangent, there = whole.disc.tangents[task], as_cast(at, moved, changes)
     tangent.move_to(at, state)
-    start = predict(at, tangent, state, X - at.X, loads)
+    start = predict(at, tangent, state, moved, there.loads)
     answer = solve(there, tangent, start, since=(at, state), most=MOST_FACTORISATIONS)
     if not isinstance(answer, Equilibrium) or not answer.stable:
         return None
-    moved = measure_features(at.model, X, answer.state)
-    return float(np.concatenate([moved.translation, moved.rotation])[motion])
+    features = measure_features(at.model, there.X, answer.state)
+    return float(np.concatenate([features.translation, features.rotation])[motion])
 
 
 def _of_rubbers(slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:
     for region, by in slopes.moduli.items():
-        name = region or "the rubber"
-        yield _cause(f"modulus of {name}", "%", tolerances.rubbers.get(region, tolerances.rubber), by)
+        name = region or RUBBER
+        yield _cause(modulus_of(name), "%", tolerances.rubbers.get(region, tolerances.rubber), by)
         if history := tolerances.histories.get(region):
-            yield _cause(f"creep, cycles of {name}", "%", history, by)
+            yield _cause(history_of(name), "%", history, by)
 
 
 def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:
@@ -254,7 +160,7 @@ def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -
     pressures = np.array([by_known(at, loads.pressure) for loads in by_load])
     for number, chamber in enumerate(model.chambers):
         if pressures[:, number].any():
-            yield _cause(f"pressure of {chamber}", "kPa", tolerances.pressure, pressures[:, number])
+            yield _cause(pressure_of(chamber), "kPa", tolerances.pressure, pressures[:, number])
     for part, name in LOADS.items():
         load = np.asarray(getattr(at.loads, part))
         if load.any():

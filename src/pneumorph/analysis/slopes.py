@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_ACCURACY, Analysis, Discretisation
+from pneumorph.analysis.castings import TaskState
 from pneumorph.doing import doing
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
@@ -53,13 +54,16 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
     """
     rest, squares, factors = np.zeros(space.n), np.zeros(space.n), [np.zeros((0, space.n))]
     for task in problem.task:
+        states = analysis.states(disc, task.name)
+        weight, objective = task.weight / len(states), disc.objectives[task.name]
         with doing(f"task {task.name}"):
-            if disc.objectives[task.name].residuals is None:
-                rest += task.weight * _task_gradient(space, disc, analysis, task.name, DESIGN_ACCURACY)
-                continue
-            residuals, jacobian = _task_jacobian(space, disc, analysis, task.name)
-        squares += 2.0 * task.weight * residuals @ jacobian
-        factors.append(np.sqrt(2.0 * task.weight) * jacobian)
+            for each in states:
+                if objective.residuals is None:
+                    rest += weight * _gradient(space, disc, task.name, each, DESIGN_ACCURACY)
+                    continue
+                residuals, jacobian = _jacobian(space, disc, task.name, each)
+                squares += 2.0 * weight * residuals @ jacobian
+                factors.append(np.sqrt(2.0 * weight) * jacobian)
     return Slopes(rest + squares, rest, np.concatenate(factors))
 
 
@@ -76,7 +80,10 @@ def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, 
     ComputationError
         If an objective has no derivative at this design.
     """
-    parts = [task.weight * _task_gradient(space, disc, analysis, task.name, EXACT) for task in problem.task]
+    parts = []
+    for task in problem.task:
+        states = analysis.states(disc, task.name)
+        parts += [task.weight / len(states) * _gradient(space, disc, task.name, each, EXACT) for each in states]
     return sum(parts, np.zeros(space.n))
 
 
@@ -131,27 +138,25 @@ def lateral_slope_of(
     return space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_reinforcement)
 
 
-def _task_gradient(
-    space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, accuracy: float
-) -> np.ndarray:
-    at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
-    derivatives = gradient(at, disc.tangents[name], equilibrium, disc.objectives[name], accuracy)
+def _gradient(space: DesignSpace, disc: Discretisation, name: str, state: TaskState, accuracy: float) -> np.ndarray:
+    """Derivatives (n,) of the objective of a task in a state of it, with respect to Φ."""
+    derivatives = gradient(state.at, state.tangent, state.equilibrium, disc.objectives[name], accuracy)
     if not np.isfinite(derivatives.X).all():
         raise ComputationError(
             f"the objective of task {name} has no derivative here, like a root or a norm at zero; write it with squares"
         )
-    return space.pullback(disc.morph.pullback(derivatives.X), {name: derivatives.pressure}, derivatives.reinforcement)
+    pressure = {chamber: state.per_pressure * by for chamber, by in derivatives.pressure.items()}
+    return space.pullback(disc.morph.pullback(derivatives.X), {name: pressure}, derivatives.reinforcement)
 
 
-def _task_jacobian(
-    space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals (k,) of a task and their derivatives (k, n) with respect to Φ."""
-    at, equilibrium = analysis.configurations[name], analysis.equilibria[name]
-    derivatives = residual_jacobian(at, disc.tangents[name], equilibrium, disc.objectives[name])
+def _jacobian(space: DesignSpace, disc: Discretisation, name: str, state: TaskState) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals (k,) of a task in a state of it, and their derivatives (k, n) with respect to Φ."""
+    derivatives = residual_jacobian(state.at, state.tangent, state.equilibrium, disc.objectives[name])
     rows = [
         space.pullback(
-            disc.morph.pullback(X), {name: dict(zip(disc.model.chambers, pressure, strict=True))}, reinforcement
+            disc.morph.pullback(X),
+            {name: dict(zip(disc.model.chambers, state.per_pressure * pressure, strict=True))},
+            reinforcement,
         )
         for X, pressure, reinforcement in zip(
             derivatives.X, derivatives.pressure, derivatives.reinforcement, strict=True

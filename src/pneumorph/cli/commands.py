@@ -183,6 +183,9 @@ def tolerance(
     ] = None,
     task: Annotated[str | None, typer.Option(help="Only this task.")] = None,
     json: Annotated[Path | None, typer.Option(help="Write all figures to this file as JSON.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw what 0.1 mm more rubber at each place does (png, pdf or svg).")
+    ] = None,
     design: DesignNumber = None,
     trust: Trusted = False,
 ) -> None:
@@ -190,7 +193,7 @@ def tolerance(
     from pneumorph.cli.tolerance import tolerance
 
     given = {"rubber": rubber, "pressure": pressure, "wall": wall, "shift": shift, "tilt": tilt, "scale": scale}
-    tolerance(source, {**given, "load": load}, design, task, json, trust)
+    tolerance(source, {**given, "load": load}, design, task, json, picture, trust)
 
 
 @doing("calibrating")

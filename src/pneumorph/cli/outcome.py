@@ -25,7 +25,7 @@ from pneumorph.output.format import (
     format_pressures,
     stretches,
 )
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, Task
 from pneumorph.problem.materials import materials
 from pneumorph.problem.sources import doubt
 from pneumorph.results import HistoryEntry, RunResult
@@ -46,6 +46,8 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
         if rates := result.rates.get(task.name):
             for sentence in certainty(task.objective, result.tasks[task.name], rates):
                 yield Text(f"{task.name}: {sentence}")
+        if off := castings_off(run.problem, task, run.history[-1]):
+            yield Text(f"{task.name}: {off}")
         yield Text(f"{task.name}: {stretches(rubbers, result.tasks[task.name])}")
         if margin := result.margins.get(task.name):
             yield Text(f"{task.name}: {balloons(result.tasks[task.name].pressures, margin)}", style="bold")
@@ -62,6 +64,15 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     which = "the start" if number == 0 else f"number {number}, the last"
     stored = run.path / "designs" / f"{number:04d}.npz"
     yield Text(f"The best design is {which}: {stored}. To view it: pneumorph view {shlex.quote(str(run.path))}")
+
+
+def castings_off(problem: Problem, task: Task, last: HistoryEntry) -> str:
+    """How far castings of a robust design may be off in a task, in words; empty without any."""
+    if problem.robust is None:
+        return ""
+    off = [result for name, result in last.castings.items() if name.rpartition(", casting ")[0] == task.name]
+    motions = " and ".join(str(task.objective.achieved(each)) for each in off)
+    return f"castings that are off by {problem.robust.deviations:g} standard deviation(s): {motions}" if off else ""
 
 
 def how_many(asked: int, result: RunResult) -> str:

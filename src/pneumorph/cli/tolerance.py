@@ -10,10 +10,18 @@ from pneumorph import atomic
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ProblemError
+from pneumorph.interface.drawing import check_format
+from pneumorph.output.figures import PLOTS
 
 
 def tolerance(
-    source: Path, given: Mapping[str, str | None], number: int | None, task: str | None, out: Path | None, trust: bool
+    source: Path,
+    given: Mapping[str, str | None],
+    number: int | None,
+    task: str | None,
+    out: Path | None,
+    picture: Path | None,
+    trust: bool,
 ) -> None:
     """Print tables of the scatter of a design, or of the start of a problem file.
 
@@ -29,6 +37,8 @@ def tolerance(
         The only one.
     out : Path or None
         A file for all figures as JSON.
+    picture : Path or None
+        A file for the picture of what more rubber at each place does.
     trust : bool
         Whether code in the problem file is trusted.
 
@@ -41,9 +51,13 @@ def tolerance(
     """
     if out is not None and not out.parent.is_dir():
         raise ProblemError(f"--json: there is no folder {out.parent}; make it first")
+    if picture is not None:
+        check_format("--picture", picture.suffix.removeprefix(".").lower(), PLOTS)
     design = design_of(source, number, asking(trust))
     report = design.tolerance(task=task, **{name: text for name, text in given.items() if text is not None})
     print(report)
     if out is not None:
         atomic.write_bytes(out, f"{json.dumps(report.to_json(), indent=2, allow_nan=False)}\n".encode())
         print(f"written to {out}")
+    if picture is not None:
+        print(f"drawn in {report.picture(picture)}")

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
 from pneumorph.analysis.near import Solved, analyse_near
-from pneumorph.analysis.scatter import OneDeviation, Tolerances, one_deviation, scatter_of, with_moduli
+from pneumorph.analysis.scatter import OneDeviation, one_deviation, scatter_of, with_moduli
+from pneumorph.analysis.thickening import thickening_of
+from pneumorph.analysis.tolerances import Tolerances
 from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
+from pneumorph.interface.drawing import saved
+from pneumorph.mesh import TetMesh
+from pneumorph.output.thickening import thickening_figure
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
 from pneumorph.problem.material import Material
@@ -49,6 +55,10 @@ class ToleranceReport:
     tasks : {task: Scatter}
     solved : {task: {motion: OneDeviation}}
         Of the motions that tasks are about, where castings that are off by one deviation could be solved.
+    mesh : TetMesh
+        Of the whole body at rest.
+    thickening : {task: {motion: (N,)}}
+        Change of these motions in mm or rad per mm³ of rubber that is added at the nodes of surfaces.
     ends : {task: {MPa: (6,) mm and rad, or None}}
         The motions with the moduli of a rubber of the library scaled to the least and the largest shear modulus that
         sources give, or None where there is no stable state; empty where the rubber's tolerance was given, or forces do
@@ -66,7 +76,39 @@ class ToleranceReport:
     problem: Problem
     tasks: Mapping[str, Scatter]
     solved: Mapping[str, Mapping[str, OneDeviation]]
+    mesh: TetMesh
+    thickening: Mapping[str, Mapping[str, np.ndarray]]
     ends: Mapping[str, Mapping[float, np.ndarray | None]] = field(default_factory=dict)
+
+    def picture(self, path: str | Path) -> Path:
+        """Draw what 0.1 mm more rubber at each place of the surfaces does, as PNG, PDF or SVG by the suffix.
+
+        Of the motions that tasks are about and that have the unit of the first.
+
+        Raises
+        ------
+        ProblemError
+            If no task is about a motion of the tip, or the file cannot be written.
+        NoPicture
+            If this machine cannot draw off-screen.
+        """
+        asked = [
+            (task.name, motion, sign)
+            for task in self.problem.task
+            for motion, sign in task.objective.tip_motions.items()
+            if motion in self.thickening.get(task.name, {})
+        ]
+        if not asked:
+            raise ProblemError("picture: no task is about a motion of the tip, so there is none to draw; leave it out")
+        kind = asked[0][1] in MOTIONS[:3]
+        unit, size = ("mm", 1.0) if kind else ("°", float(np.degrees(1.0)))
+        changes = {
+            f"{task}: {motion_word(motion, sign)}": sign * size * self.thickening[task][motion]
+            for task, motion, sign in asked
+            if (motion in MOTIONS[:3]) == kind
+        }
+        saved(thickening_figure(self.problem, self.mesh, changes, unit), Path(path))
+        return Path(path)
 
     def to_json(self) -> dict[str, Any]:
         """All figures, in mm, rad, and the units of the causes."""
@@ -128,16 +170,17 @@ def tolerance_report(
     if tasks is not None:
         problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
     whole = analyse_near(problem, body, (), stored, results)
-    scatters = scatter_of(whole, tolerances)
+    scatters, by_nodes = scatter_of(whole, tolerances), {}
     solved: dict[str, dict[str, OneDeviation]] = {}
     for task in problem.task:
-        solved[task.name] = {}
+        solved[task.name], by_nodes[task.name] = {}, thickening_of(whole, task.name, task.objective.tip_motions)
         for motion in task.objective.tip_motions:
-            found = one_deviation(whole, task.name, scatters[task.name], MOTIONS.index(motion), tolerances)
+            found = one_deviation(whole, task.name, scatters[task.name], MOTIONS.index(motion))
             if found is not None:
                 solved[task.name][motion] = found
+    mesh = whole.disc.morph.mesh.at(whole.analysis.X)
     ends = {} if "rubber" in given else {task.name: _at_ends(whole, task.name) for task in problem.task}
-    return ToleranceReport(problem, scatters, solved, ends)
+    return ToleranceReport(problem, scatters, solved, mesh, by_nodes, ends)
 
 
 def _by_region(problem: Problem, known: Callable[[Material], _Known | None]) -> dict[str, _Known]:

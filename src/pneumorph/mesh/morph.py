@@ -138,6 +138,13 @@ class Morph:
         everywhere[nodes] = everywhere[sources] @ self._turn.T
         return everywhere + self.chords @ everywhere
 
+    def keeps(self, surface: np.ndarray) -> bool:
+        """Whether a motion (n_surface, 3) of surface nodes is that of a part: it keeps mirror planes, axis and cuts."""
+        nodes, sources = self.mesh.tied
+        own = nodes < self.n_surface
+        turned = surface[sources[own]] @ self._turn.T
+        return np.allclose(self._in_place(surface), surface) and np.allclose(turned, surface[nodes[own]])
+
     @cached_property
     def _surface_chords(self) -> sparse.csr_array:
         return self.chords[: self.n_surface, : self.n_surface]

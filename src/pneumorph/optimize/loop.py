@@ -25,6 +25,7 @@ from pneumorph.analysis import (
 from pneumorph.doing import doing
 from pneumorph.limits.kinds.states import MARGIN
 from pneumorph.optimize.acceptance import ACCEPTANCE_TESTS, PROPOSAL_TESTS, Attempt, Ended, Tried, first_objection
+from pneumorph.optimize.castings import renewed
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
 from pneumorph.optimize.iterate import Iterate, evaluate
@@ -81,6 +82,9 @@ def optimise(setup: Setup, state: Mapping[str, Any] | None = None) -> Iterator[E
 def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | Ended]:
     """One iteration: steps are tried in smaller and smaller trust regions until one is accepted; the next iterate."""
     settings, clock, factorisations = setup.settings, Clock(), 0
+    made = current.disc.factorisations
+    current = renewed(setup, current, clock)
+    factorisations += current.disc.factorisations - made
     region = begin(settings.radius, current.learnt.radius)
     size = outgrown(setup.problem, current.number, current.disc, current.analysis)
     current = current.learning(

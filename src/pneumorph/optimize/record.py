@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pneumorph.analysis import collect_fields, collect_task_results, compute_sag
+from pneumorph.analysis import collect_castings, collect_fields, collect_task_results, compute_sag
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignAccepted
 from pneumorph.optimize.iterate import Iterate
@@ -75,4 +75,5 @@ def history_entry(current: Iterate, record: StepRecord, clock: Clock) -> History
         remeshed=record.remeshed,
         evaluations=record.evaluations,
         reinforcements=analysis.reinforcements,
+        castings=collect_castings(disc, analysis),
     )

@@ -190,3 +190,6 @@ class LoopSettings:
     acceptance: AcceptanceSettings = field(default_factory=AcceptanceSettings)
     stopping: StoppingSettings = field(default_factory=StoppingSettings)
     trial: TrialSettings = field(default_factory=TrialSettings)
+    castings: int = 5
+    """Designs after which castings that are off are found anew, which costs their states once more and forgets the
+    objective's curvature."""

@@ -13,6 +13,7 @@ from pneumorph.errors import Hopeless, MeshError
 from pneumorph.limits.report import LimitReading, LimitReport
 from pneumorph.limits.table import BY_NAME
 from pneumorph.optimize.buckling import judge, unpack_at_rest
+from pneumorph.optimize.castings import begun_robust
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import BegunBeyond, BegunLower, BroughtWithin, Event
 from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate, unpack_learnt
@@ -59,6 +60,7 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
             yield BegunLower(analysis.pressures)
     _require_contact(problem, disc, analysis)
     with clock.phase("equilibrium"):
+        disc, analysis = begun_robust(setup, disc, analysis)
         lateral = judge(disc, analysis, {})
     learnt = Learnt(setup.stepper, no_curvature(space.n), 1.0, ())
     begun = evaluate(setup, 0, AnalysedDesign(analysis, disc, feasible.report, lateral), learnt, clock)

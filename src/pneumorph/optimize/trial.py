@@ -14,6 +14,7 @@ from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import needs_remesh, relax
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.optimize.buckling import LateralStability, judge
+from pneumorph.optimize.castings import carried
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.iterate import AnalysedDesign
@@ -133,6 +134,7 @@ def _follow(
                 return error
             yield MeshKept(number, str(error), quality)
             return _Followed(disc, starts, remeshed=False)
+        new = carried(new, new.morph.positions(points), disc.castings)
         starts = _carried(disc, now.analysis, new, (disc.morph.positions(points), starts))
     yield Remeshed(number, poor, new.model.elements, _quality(new, points), new.model.part)
     return _Followed(new, starts, remeshed=True)

@@ -1,4 +1,4 @@
-"""Pictures of bodies cut open, side by side and to one scale, coloured by the largest principal stretch."""
+"""Pictures of bodies cut open, side by side and to one scale, mostly coloured by the largest principal stretch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pneumorph.output.figures import DOTS, INK, PAGE, SMALL, TEXT, Figure
 from pneumorph.output.marks import draw_axes, draw_clamp, draw_marks, draw_outline, legend_handles
 from pneumorph.output.reinforcements import covering_handles
 from pneumorph.output.scenes import Scene
-from pneumorph.output.view import Job, Panel, colour_map
+from pneumorph.output.view import STRETCH, Colours, Job, Panel
 
 MARGIN = 0.03
 """Around the bodies, as a fraction of the larger side of the picture."""
@@ -94,11 +94,12 @@ def _columns(count: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Scenes to be drawn side by side, with the least and largest stretch of their colours and a title."""
+    """Scenes to be drawn side by side, with the least and largest value of their colours and a title."""
 
     scenes: Sequence[Scene]
-    stretch: tuple[float, float]
+    ends: tuple[float, float]
     title: str
+    colours: Colours = STRETCH
 
     @cached_property
     def layout(self) -> Layout:
@@ -108,11 +109,11 @@ class Row:
     @property
     def job(self) -> Job:
         """What is to be drawn for it."""
-        return job_of(self.scenes, self.layout, self.stretch)
+        return job_of(self.scenes, self.layout, self.ends, colours=self.colours)
 
     def figure(self, pictures: Sequence[np.ndarray]) -> Figure:
         """The figure, with the pictures of its job."""
-        return compose(self.scenes, self.layout, pictures, self.stretch, self.title)
+        return compose(self.scenes, self.layout, pictures, self.ends, self.title, colours=self.colours)
 
 
 def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: str) -> Figure:
@@ -127,7 +128,13 @@ def bodies_figure(scenes: Sequence[Scene], stretch: tuple[float, float], title: 
     return row.figure(render.images(row.job))
 
 
-def job_of(scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float], dots: float = DOTS) -> Job:
+def job_of(
+    scenes: Sequence[Scene],
+    layout: Layout,
+    ends: tuple[float, float],
+    dots: float = DOTS,
+    colours: Colours = STRETCH,
+) -> Job:
     """The pictures of scenes, to be drawn.
 
     Parameters
@@ -135,25 +142,28 @@ def job_of(scenes: Sequence[Scene], layout: Layout, stretch: tuple[float, float]
     scenes : sequence of Scene
     layout : Layout
         Of their panels.
-    stretch : (2,)
+    ends : (2,)
         Ends of the scale of colours.
     dots : float
         Per inch.
+    colours : Colours
+        The scale.
     """
     panels = [
         Panel(scene.shape, scene.view, extent, scene.obstacles, scene.coverings)
         for scene, extent in zip(scenes, layout.extents, strict=True)
     ]
-    return Job(panels, stretch, dots * layout.scale)
+    return Job(panels, ends, dots * layout.scale, colours)
 
 
 def compose(
     scenes: Sequence[Scene],
     layout: Layout,
     pictures: Sequence[np.ndarray],
-    stretch: tuple[float, float],
+    ends: tuple[float, float],
     title: str,
     lines: int = 0,
+    colours: Colours = STRETCH,
 ) -> Figure:
     """The figure of drawn pictures with titles, marks, scales and legend.
 
@@ -164,12 +174,14 @@ def compose(
         Of their panels.
     pictures : sequence of arrays
         What was drawn of the `job_of` them.
-    stretch : (2,)
+    ends : (2,)
         Ends of the scale of colours.
     title : str
         Of the figure; it may be empty.
     lines : int
         For how many lines the titles of panels have space at least.
+    colours : Colours
+        The scale.
     """
     wide, high = layout.size
     coloured = any(getattr(scene.shape, "field", None) is not None for scene in scenes)
@@ -200,7 +212,7 @@ def compose(
     if coloured:
         long = min(0.7 * high, 2.4)
         at = (layout.columns * wide + 0.08, height - head - above - (high + long) / 2)
-        draw_colours(figure.add_axes((at[0] / total, at[1] / height, 0.1 / total, long / height)), stretch)
+        draw_colours(figure.add_axes((at[0] / total, at[1] / height, 0.1 / total, long / height)), ends, colours)
     draw_legend(figure, scenes)
     return figure
 
@@ -298,8 +310,9 @@ def _round(length: float) -> float:
     return float(next(part * power for part in (5.0, 2.0, 1.0) if part * power <= length))
 
 
-def draw_colours(axes: Axes, stretch: tuple[float, float]) -> None:
+def draw_colours(axes: Axes, ends: tuple[float, float], colours: Colours = STRETCH) -> None:
     """Draw the scale of colours on the axes given."""
-    scale = axes.figure.colorbar(ScalarMappable(Normalize(*stretch), colour_map()), cax=axes, extend="max")
-    scale.set_label("largest principal stretch", fontsize=SMALL, color=INK)
+    beyond = "both" if ends[0] < 0.0 else "max"
+    scale = axes.figure.colorbar(ScalarMappable(Normalize(*ends), colours.map()), cax=axes, extend=beyond)
+    scale.set_label(colours.label, fontsize=SMALL, color=INK)
     scale.ax.tick_params(labelsize=SMALL, colors=INK, length=2.5, pad=2)

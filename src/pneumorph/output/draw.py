@@ -24,7 +24,6 @@ from pneumorph.output.view import (
     Panel,
     Shape,
     View,
-    colour_map,
     drawn_name,
 )
 from pneumorph.processes import end_with_input
@@ -138,7 +137,7 @@ def _add_covering(plotter: pv.Plotter, covering: Covering, view: View) -> None:
 
 def _look(job: Job, field: bool, plain: str) -> dict[str, Any]:
     """Colours of the field, or a plain one without a field."""
-    return {"scalars": "field", "cmap": colour_map(), "clim": job.range} if field else {"color": plain}
+    return {"scalars": "field", "cmap": job.colours.map(), "clim": job.range} if field else {"color": plain}
 
 
 def _light(plotter: pv.Plotter, view: View) -> None:

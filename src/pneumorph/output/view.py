@@ -29,9 +29,19 @@ JOBS = "jobs"
 """The file with the jobs, in the folder of a process that draws."""
 
 
-def colour_map() -> LinearSegmentedColormap:
-    """The colour map of the stretch."""
-    return LinearSegmentedColormap.from_list("stretch", COLOURS)
+@dataclass(frozen=True)
+class Colours:
+    """A scale of colours: what it is of, and its colours from the least value to the largest."""
+
+    label: str
+    stops: tuple[str, ...]
+
+    def map(self) -> LinearSegmentedColormap:
+        """The colour map."""
+        return LinearSegmentedColormap.from_list(self.label, self.stops)
+
+
+STRETCH = Colours("largest principal stretch", COLOURS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +169,7 @@ class Job:
     panels: Sequence[Panel]
     range: tuple[float, float]
     dots: float
+    colours: Colours = STRETCH
 
 
 def drawn_name(number: int) -> str:

@@ -43,6 +43,7 @@ from pneumorph.problem.objectives import (
 )
 from pneumorph.problem.regions import Layer, Region, Sleeve
 from pneumorph.problem.reinforcement import FibresSpec, MembraneSpec, Reinforcement
+from pneumorph.problem.robust import RobustSpec
 from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.task_limits import MotionLimits, SensitivityLimits, TaskLimits
 from pneumorph.problem.trust import Code, Trust, admit, codes_of, keep
@@ -86,6 +87,7 @@ __all__ = [
     "Region",
     "Reinforcement",
     "Ripple",
+    "RobustSpec",
     "SensitivityLimits",
     "Sleeve",
     "SolidSpec",

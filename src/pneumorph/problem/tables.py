@@ -23,6 +23,7 @@ from pneumorph.problem.models import (
 )
 from pneumorph.problem.regions import MOST_REGIONS, Region
 from pneumorph.problem.reinforcement import MOST_REINFORCEMENTS, FibresSpec, MembraneSpec
+from pneumorph.problem.robust import RobustSpec
 from pneumorph.problem.solid import SolidSpec
 from pneumorph.problem.table import TAG, Example, Table
 
@@ -63,6 +64,8 @@ class Tables(Table):
     """Rigid obstacles, each a table [[obstacle]]; tasks may move them."""
     task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1, max_length=MOST_TASKS)
     """Tasks, each a table [[task]]; all share the shape."""
+    robust: RobustSpec | None = None
+    """What varies from casting to casting, against which designs are robust; without it they are not."""
     limits: Limits = Limits()
     """Limits that every design satisfies."""
     mesh: MeshSpec = MeshSpec()

@@ -45,6 +45,11 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
     for name in state:
         if name.startswith("param "):
             floats(state, name, None, 6, 2, most=2.0)
+        if name.startswith("moved "):
+            floats(state, name, len(mesh.points), 3)
+            floats(state, f"state {name.removeprefix('moved ')}", None)
+        if name.startswith("changed "):
+            floats(state, name)
     for task in problem.task:
         floats(state, f"state {task.name}", None)
         if f"at rest {task.name}" in state:

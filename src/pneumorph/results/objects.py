@@ -35,6 +35,7 @@ RARE = (
     "fine_rotation_rad",
     "fine_reaction",
     "fine_volume_mm3",
+    "castings",
 )
 """Keys that are left out of files where they are empty."""
 

@@ -109,6 +109,8 @@ class HistoryEntry:
         The part of the objective's gradient that the limits do not balance; 0 at an optimum.
     reinforcements : {name: {"stiffness": N/mm, "coverage": 1, "winding": rad}}
         What is designed of sheets and fibres; of others nothing.
+    castings : {name: TaskResult}
+        Where designs are robust, of the castings that are off with which they were compared, by task and number.
     """
 
     iteration: int
@@ -128,6 +130,7 @@ class HistoryEntry:
     # Missing in runs of early versions.
     optimality: float | None = None
     reinforcements: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    castings: Mapping[str, TaskResult] = field(metadata={"of": TaskResult}, default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""First derivatives of the six motions of the tip by nodes, loads and the moduli of rubbers: one adjoint for each."""
+"""First derivatives of the six motions of the tip, or of what an objective measures, by all that may vary: nodes, loads
+and the moduli of rubbers. One adjoint for each."""
 
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ from pneumorph.mechanics.assembly.displacement import Displacement
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import forces, grouped
 from pneumorph.mechanics.elements.terms import Loads
+from pneumorph.objective import Objective
 from pneumorph.objective.objective import squares
 from pneumorph.sensitivity.adjoint import with_border
 
@@ -22,17 +24,17 @@ _MOTIONS = squares([(1.0, lambda f: jnp.concatenate([f.translation, f.rotation])
 
 @dataclass(frozen=True)
 class MotionSlopes:
-    """Derivatives of the tip's translation (mm) and rotation vector (rad) at an equilibrium.
+    """Derivatives at an equilibrium, of the tip's translation (mm) and rotation vector (rad): k = 6, or of others.
 
     Attributes
     ----------
-    motion : (6,)
+    motion : (k,)
         Their values.
-    X : (6, N, 3)
+    X : (k, N, 3)
         Per mm of the motion of nodes.
-    loads : sequence of 6 Loads
+    loads : sequence of k Loads
         By all loads; those of pressures that are found with the state are 0.
-    moduli : {region: (6,)}
+    moduli : {region: (k,)}
         Per relative change of all moduli of its rubber.
     """
 
@@ -42,14 +44,19 @@ class MotionSlopes:
     moduli: Mapping[str, np.ndarray]
 
 
-def motion_slopes(at: Configuration, tangent: Tangent, state: State) -> MotionSlopes:
+def motion_slopes(at: Configuration, tangent: Tangent, state: State, measured: Objective = _MOTIONS) -> MotionSlopes:
     """The derivatives at an equilibrium, near whose state the tangent was factorised.
 
     A factor s of the moduli of a rubber multiplies its part of Π, and its π in mixed elements are s times unknowns by
     which R stays 0. So the derivative by ln s is −wᵀR_s with the forces R_s of that rubber.
+
+    Parameters
+    ----------
+    at, tangent, state : the equilibrium.
+    measured : whose residuals have these derivatives, or whose value if it has none; by default the tip's motions.
     """
     model = at.model
-    motion, direct, solved, more = _adjoints(at, tangent, state)
+    motion, direct, solved, more = _adjoints(at, tangent, state, measured)
     pulled = products.pullback(model.potential, at.X, state, at.loads, [model.state(w) for w in solved])
     rubbers = {name: -solved @ model.vector(by) for name, by in _rubber_forces(at, state).items()}
     return MotionSlopes(
@@ -62,15 +69,19 @@ def motion_slopes(at: Configuration, tangent: Tangent, state: State) -> MotionSl
 
 def tip_motion_adjoints(at: Configuration, tangent: Tangent, state: State) -> tuple[np.ndarray, np.ndarray]:
     """The tip's motion (6,) in mm and rad at a state, and the adjoints (6, n) of its components."""
-    motion, _, solved, _ = _adjoints(at, tangent, state)
+    motion, _, solved, _ = _adjoints(at, tangent, state, _MOTIONS)
     return motion, solved
 
 
 def _adjoints(
-    at: Configuration, tangent: Tangent, state: State
+    at: Configuration, tangent: Tangent, state: State, measured: Objective
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The motion, its direct derivatives by X (6, N, 3), its adjoints, and what unknown pressures add by X."""
-    motion, direct, seeds = _MOTIONS.jacobian(at.model, at.X, state)
+    """What is measured (k,), its direct derivatives by X (k, N, 3), its adjoints, and what unknown pressures add."""
+    if measured.residuals is None:
+        value, by_X, seed = measured.slope(at.model, at.X, state)
+        motion, direct, seeds = np.array([value]), by_X[None], [seed]
+    else:
+        motion, direct, seeds = measured.jacobian(at.model, at.X, state)
     rhs = np.array([np.where(at.constrained, 0.0, at.model.vector(seed)) for seed in seeds])
     return motion, direct, *with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
 

@@ -14,6 +14,7 @@ from pneumorph.problem.checks.limits import check_ranges, check_sensitivities, c
 from pneumorph.problem.checks.motions import check_motions
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
+from pneumorph.problem.checks.robust import check_robust
 from pneumorph.problem.checks.room import check_envelope, check_obstacles
 from pneumorph.problem.checks.solid import LARGEST, MAX_CONTROL_POINTS, SMALLEST, check_solid, too_many_elements
 from pneumorph.problem.checks.symmetry import check_symmetry
@@ -30,7 +31,7 @@ def inconsistencies(problem: Tables) -> list[Fault]:
 
     Checks that rely on others are left out if these have found something.
     """
-    states = (_tasks, check_enclosed, check_ranges, check_sensitivities, check_states)
+    states = (_tasks, check_enclosed, check_ranges, check_sensitivities, check_states, check_robust)
     if problem.solid:
         together = (_names, check_solid, *states, _contact, check_obstacles)
         return [fault for check in together for fault in check(problem)]

@@ -1,0 +1,143 @@
+"""Castings of a design that are off, whose states are found beside the design's own: what makes a design robust.
+
+With all causes of scatter z in standard deviations, the residuals of an objective differ by A z to first order. Where
+they differ most is along A's first right singular vector v. An objective with a target is that of the castings
+z = ±k v on average: of one residual r it is r̄² + (k s)², with the mean r̄ and the spread s of both. One without a
+target is that of the worse casting, z = k v: its value plus k times its deviation. In between, nodes of castings are a
+constant away from those of the design, so that derivatives of these objectives are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from pneumorph.analysis.tolerances import MODULUS, Tolerances, as_cast, pressure_of, shape_causes
+from pneumorph.mechanics import Configuration, Equilibrium, Guess, NoEquilibrium, State, Tangent, predict, solve
+from pneumorph.mesh import Morph
+from pneumorph.mesh.tets import chambers_of
+from pneumorph.objective import Objective
+from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
+
+
+@dataclass(frozen=True, eq=False)
+class Casting:
+    """A casting that is off.
+
+    Attributes
+    ----------
+    changes : of all causes by their names, in the units of the code.
+    motion : (N, 3) mm, of the causes that move nodes.
+    tangent : its linear solver.
+    """
+
+    changes: Mapping[str, float]
+    motion: np.ndarray
+    tangent: Tangent
+
+
+class TaskState(NamedTuple):
+    """A state in a task, of the design or of a casting, with its linear solver and its objective.
+
+    `per_pressure` is the pressure of its configuration per pressure of the design, see `as_cast`.
+    """
+
+    at: Configuration
+    tangent: Tangent
+    equilibrium: Equilibrium
+    value: float
+    per_pressure: float = 1.0
+
+
+def casting_name(task: str, number: int) -> str:
+    """What a casting of a task is called, from number 0 on."""
+    return f"{task}, casting {number + 1}"
+
+
+def solve_castings(
+    castings: Sequence[Casting],
+    at: Configuration,
+    tangent: Tangent,
+    state: State,
+    objective: Objective,
+    starts: Sequence[State | Guess | None],
+    tolerance: float,
+    most: float,
+) -> tuple[TaskState, ...] | NoEquilibrium:
+    """The states of castings, each from its start, or from a first-order prediction where it has none.
+
+    Parameters
+    ----------
+    castings : of the body.
+    at, tangent, state : the equilibrium of the body as it is designed.
+    objective : of the task.
+    starts : states from which the searches begin.
+    tolerance, most : see `solve`.
+    """
+    solved = []
+    for casting, start in zip(castings, starts, strict=True):
+        there = as_cast(at, casting.motion, casting.changes)
+        start = start or predict(at, tangent, state, casting.motion, there.loads)
+        found = solve(there, casting.tangent, start, tolerance, (at, state), most)
+        if isinstance(found, NoEquilibrium):
+            return found
+        value = objective.at(at.model, there.X, found.state)
+        softer = 1.0 / (1.0 + casting.changes[MODULUS])
+        solved.append(TaskState(there, casting.tangent, found, value, softer))
+    return tuple(solved)
+
+
+def worst_changes(
+    morph: Morph,
+    at: Configuration,
+    tangent: Tangent,
+    state: State,
+    objective: Objective,
+    tolerances: Tolerances,
+    deviations: float,
+) -> tuple[Mapping[str, float], ...]:
+    """The changes of all causes with which an objective differs most: two castings of one with residuals, else one.
+
+    Parameters
+    ----------
+    morph : of the mesh.
+    at, tangent, state : the equilibrium of the body as it is designed.
+    objective : of the task.
+    tolerances : of every cause.
+    deviations : k, by how many standard deviations they differ.
+    """
+    causes = list(_causes(morph, at, motion_slopes(at, tangent, state, objective), tolerances))
+    per_deviation = np.array([tolerance * by for _, tolerance, by in causes]).T
+    worst = np.linalg.svd(per_deviation)[2][0]
+    sides = (1.0, -1.0)
+    if objective.residuals is None:
+        sides = (float(np.sign(per_deviation[0] @ worst)),)
+    return tuple(
+        {
+            name: side * deviations * z * tolerance
+            for (names, tolerance, _), z in zip(causes, worst.tolist(), strict=True)
+            for name in names
+        }
+        for side in sides
+    )
+
+
+def _causes(
+    morph: Morph, at: Configuration, slopes: MotionSlopes, tolerances: Tolerances
+) -> Iterator[tuple[Sequence[str], float, np.ndarray]]:
+    """The names of what changes together, its standard deviation, and what it does to the residuals (k,) per unit."""
+    yield (MODULUS,), tolerances.rubber, np.sum(list(slopes.moduli.values()), axis=0)
+    pressures = np.array([by_known(at, loads.pressure) for loads in slopes.loads])
+    for names in map(chambers_of, morph.mesh.faces):
+        own = [at.model.chambers.index(name) for name in names]
+        if np.any(np.asarray(at.loads.pressure)[own]):
+            tolerance = tolerances.pressure / sqrt(len(names))
+            yield [pressure_of(name) for name in names], tolerance, pressures[:, own].sum(axis=1)
+    on_surface = np.array([morph.on_surface(by_X) for by_X in slopes.X])
+    for each in shape_causes(morph, at.X, tolerances):
+        by_nodes = slopes.X if len(each.motion) == len(at.X) else on_surface
+        yield (each.name,), each.tolerance, np.tensordot(by_nodes, each.motion, axes=2)
