@@ -43,6 +43,16 @@ def test_every_colour_mode_draws(page):
     assert min(differs(one, other) for k, one in enumerate(modes) for other in modes[:k]) > 0.01
 
 
+def test_words_and_legend_are_clear_of_the_body_on_a_phone(page):
+    page.set_viewport_size({"width": 390, "height": 844})
+    pixels = picture(page)
+    seen = page.locator("#view canvas").bounding_box()
+    rows = np.flatnonzero((pixels < 0.97).any(axis=(1, 2))) * seen["height"] / len(pixels) + seen["y"]
+    above, below = (page.locator(name).bounding_box() for name in ("#view .shown", "#legend"))
+    assert above["y"] + above["height"] < rows[0] and rows[-1] < below["y"]
+    assert above["x"] + above["width"] < seen["x"] + seen["width"] - 8
+
+
 def test_the_nearest_limit_is_told_where_one_points(page):
     page.select_option("#mode", "limits")
     assert words(page, "legend").splitlines()[0] == "Share of the nearest limit, %"

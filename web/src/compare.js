@@ -2,7 +2,7 @@
 import { MODES, painted } from "./colours.js";
 import { byId, element } from "./elements.js";
 import { Ranges, baseOnTheLeft, framed, radiusOf, valued } from "./frame.js";
-import { COLOURS, plotCards } from "./history.js";
+import { COLOURS, capital, plotCards } from "./history.js";
 import { short } from "./numbers.js";
 import { EXPLORE } from "./page.js";
 import { View } from "./scene.js";
@@ -127,7 +127,7 @@ export function comparedPlots(runs) {
     add("Objective", "", line(run, (entry) => entry.objective));
     for (const { name } of run.facts.tasks) {
       const { word, unit } = run.facts.history[0].motions[name];
-      add(run.facts.tasks.length > 1 ? `${name}: ${word}` : word, unit === "°" ? "degrees" : unit, line(run, (entry) => entry.motions[name].value));
+      add(run.facts.tasks.length > 1 ? `${name}: ${word}` : capital(word), unit === "°" ? "degrees" : unit, line(run, (entry) => entry.motions[name].value));
     }
     for (const { key, word, unit, bound, at_least: atLeast } of run.facts.limits) {
       add(`Limit: ${word}`, unit, line(run, (entry) => entry.limits[key]), { value: bound, atLeast });

@@ -77,4 +77,4 @@ function plotsOf(facts) {
   return plots;
 }
 
-const capital = (words) => words.charAt(0).toUpperCase() + words.slice(1);
+export const capital = (words) => words.charAt(0).toUpperCase() + words.slice(1);

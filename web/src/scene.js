@@ -16,8 +16,8 @@ function rendererOf(canvas) {
 }
 
 const TURN = Math.PI / 24; // of a key
-// Pixels above, below and beside; below is the legend, which is higher where the picture is narrow.
-const [FREE, FREE_NARROW, FREE_SMALL, NARROW] = [[50, 96, 40], [50, 112, 40], [10, 30, 10], 500];
+// Pixels above, below and beside; above is what is shown, below the legend, which are higher where the picture is narrow.
+const [FREE, FREE_NARROW, FREE_SMALL, NARROW] = [[50, 96, 40], [70, 112, 40], [10, 30, 10], 500];
 
 export class View {
   drawn; // called after every picture

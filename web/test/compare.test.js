@@ -14,7 +14,7 @@ function run(name, objectives, { task = "extend", bound = 2, result = null } = {
 
 test("runs share a diagram of what they have in common", () => {
   const plots = comparedPlots([run("a", [-1, -2, -3]), run("b", [-4])]);
-  assert.deepEqual(plots.map(({ title, unit }) => [title, unit]), [["Objective", ""], ["extension", "mm"], ["Limit: wall", "mm"]]);
+  assert.deepEqual(plots.map(({ title, unit }) => [title, unit]), [["Objective", ""], ["Extension", "mm"], ["Limit: wall", "mm"]]);
   assert.deepEqual(plots[1].lines.map(({ name, values }) => [name, values]), [["a", [1, 2, 3]], ["b", [4]]]);
   assert.deepEqual(plots[2].bound, { value: 2, atLeast: true });
 });
