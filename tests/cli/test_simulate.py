@@ -116,6 +116,21 @@ def test_steps_are_rows_of_numbers_and_rounding_is_printed_as_zero(tiny):
     assert failed.plain.split() == ["extend", "80", "no", "state"] and failed.style == "red"
 
 
+def test_the_pull_on_a_plate_is_shown_and_a_lip_that_does_not_touch_leaks(tiny):
+    (task,) = load(tiny).task
+    step = SweepStep(
+        "extend", {"A": -0.02}, translation=(0.0, 0.0, 0.1), rotation=(0.0, 0.0, 0.0), max_stretch=1.1, stable=True,
+        contact={"plate": (0.0, 0.0, 2.0)}, contact_normal={"plate": 2.0}, contact_area={"plate": 9.0},
+        pull={"plate": 6.25},
+    )  # fmt: skip
+    heading, holds = Rows({"extend": task}).lines(step)
+    cells = dict(zip(re.split("  +", heading.plain), holds.plain.split(), strict=True))
+    assert cells["pull on plate N"] == "6.25" and holds.style == ""
+    loose = replace(step, contact={"plate": (0.0, 0.0, 0.0)}, contact_normal={"plate": 0.0})
+    _, leaks = Rows({"extend": task}).lines(loose)
+    assert "plate" in leaks.plain and "leaks" in leaks.plain and leaks.style == "yellow"
+
+
 def test_titles_of_blocked_motions(tiny):
     figure = starting_design(load(tiny)).simulate({"A": "0:20:20 kPa"}, ("shift_x", "bending_y", "axial")).plot()
     assert figure.get_suptitle() == "Tiny, blocked: shift along x and extension and bending about y"

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -58,6 +59,13 @@ def test_what_was_not_found_is_no_number():
     failed = dict(zip(header, rows[4], strict=True))
     assert np.isnan([failed["translation_x_mm"], failed["reaction_axial_N"], failed["volume_A_mm3"]]).all()
     assert failed["converged"] is False
+
+
+def test_the_pull_on_a_plate_is_in_the_table():
+    held = replace(ONE.steps[1], contact={"plate": (0.0, 0.0, 2.0)}, contact_normal={"plate": 2.0}, pull={"plate": 6.5})
+    header, rows = table([Curve("t", ("A",), [held, missing({"A": 0.08})])], ["A"])
+    assert rows[0][header.index("pull_plate_N")] == 6.5
+    assert np.isnan(rows[1][header.index("pull_plate_N")])
 
 
 @pytest.fixture

@@ -86,7 +86,7 @@ def test_a_step_without_equilibrium_is_null():
 def test_a_step_comes_back():
     step = SweepStep("t", {"A": 0.1}, (0.0, 0.0, 1.0), (0.0, 0.1, 0.0), {"axial": 2.0}, {"A": 900.0}, 1.2, stable=True)
     on_wall = {"contact": {"wall": (0.0, 1.0, 2.0)}, "contact_normal": {"wall": 2.5}, "contact_area": {"wall": 9.0}}
-    step = replace(step, **on_wall, moves={"wall": (0.0, 0.0, -1.0)})
+    step = replace(step, **on_wall, moves={"wall": (0.0, 0.0, -1.0)}, pull={"wall": 1.5})
     of_task = replace(entry(1).tasks["extend"], **on_wall)
     assert from_json(TaskResult, json.loads(json.dumps(to_json(of_task)))) == of_task
     written = json.loads(json.dumps(to_json(step)))
