@@ -25,7 +25,10 @@ def start(request):
 
 def same(one, other):
     """Whether two steps have the same numbers, as far as the solver's tolerance goes."""
-    found, expected = to_json(one), to_json(other)
+    # Only what is simulated is estimated on a refined mesh too.
+    found, expected = (
+        {key: value for key, value in to_json(each).items() if not key.startswith("fine_")} for each in (one, other)
+    )
     assert found.keys() == expected.keys()
     for key in ("translation_mm", "rotation_rad", "max_stretch"):
         np.testing.assert_allclose(found[key], expected[key], rtol=1e-6, atol=1e-8)

@@ -17,6 +17,7 @@ import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.analysis.collect import vector
+from pneumorph.errors import Hopeless
 from pneumorph.mechanics import (
     Configuration,
     Model,
@@ -120,10 +121,13 @@ class RefinedModel:
         return None if isinstance(found, NoEquilibrium) else (settled(there, found), found.state, True)
 
 
-def refined_model(problem: Problem, mesh: TetMesh) -> RefinedModel:
-    """A mesh of a problem's body, refined."""
+def refined_model(problem: Problem, mesh: TetMesh) -> RefinedModel | None:
+    """A mesh of a problem's body, refined; None where an obstacle touches its finer faces, though not the coarser ones."""
     fine = refine(mesh)
-    return RefinedModel(fine, model_of(problem, fine.mesh))
+    try:
+        return RefinedModel(fine, model_of(problem, fine.mesh))
+    except Hopeless:
+        return None
 
 
 def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, MeshError]:
@@ -137,6 +141,8 @@ def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> d
     disc, analysis : its mesh and its states.
     """
     refined, errors = refined_model(problem, disc.morph.mesh.at(analysis.X)), {}
+    if refined is None:
+        return errors
     for name, at in analysis.configurations.items():
         objective, state = disc.objectives[name], analysis.equilibria[name].state
         found = refined.near(at, state)

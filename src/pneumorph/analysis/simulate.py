@@ -209,7 +209,7 @@ class Simulation:
         mesh = whole.image.mesh if whole and at.model is whole.model else self.mesh
         here = settled(at, answer)
         refined = refined_model(self.problem, mesh.at(at.X))
-        found = refined.near(here, answer.state)
+        found = refined and refined.near(here, answer.state)
         if found is None:
             return step
         there, state, _ = found
