@@ -122,7 +122,7 @@ class RefinedModel:
 
 
 def refined_model(problem: Problem, mesh: TetMesh) -> RefinedModel | None:
-    """A mesh of a problem's body, refined; None where an obstacle touches its finer faces, though not the coarser ones."""
+    """A mesh of a problem's body, refined; None where an obstacle touches its finer faces."""
     fine = refine(mesh)
     try:
         return RefinedModel(fine, model_of(problem, fine.mesh))
