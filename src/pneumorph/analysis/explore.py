@@ -32,6 +32,7 @@ from pneumorph.mechanics import (
     rest,
     restored,
     secant_start,
+    settled,
     solve,
     whole_of,
 )
@@ -138,6 +139,31 @@ class Explorer:
         if isinstance(answer, NoEquilibrium):
             return Explored(step, None)
         return Explored(step, Fields(meshed.mesh, {task: answer.u}, {task: nodal_stretch(meshed.mesh, answer.u)}))
+
+    def solved(
+        self, pressures: Mapping[str, float], like: Mapping[str, float]
+    ) -> tuple[Configuration, Equilibrium | NoEquilibrium, Tangent]:
+        """The equilibrium at pressures, and the tangent that was factorised near it.
+
+        Parameters
+        ----------
+        pressures : {chamber: MPa}
+        like : {chamber: MPa}
+            Pressures by which it is chosen what is solved: all of the body for those that are not symmetric.
+
+        Raises
+        ------
+        MeshError
+            If the body cannot be meshed.
+        """
+        meshed = self._meshed(dict(like))
+        at = self._at(meshed, pressures)
+        answer = meshed.search(at, self._strides(meshed, pressures), lambda: False)
+        return (settled(at, answer) if isinstance(answer, Equilibrium) else at), answer, meshed.tangent
+
+    def known_pressures(self) -> list[dict[str, float]]:
+        """The pressures (MPa) of the tasks with stored results, at which equilibria are known from the beginning."""
+        return [dict(result.pressures) for result in self._results.values()]
 
     def _at(self, meshed: _Meshed, pressures: Mapping[str, float]) -> Configuration:
         # Where obstacles are is a matter of the task; the first one's results are in its name.

@@ -196,6 +196,40 @@ def tolerance(
     tolerance(source, {**given, "load": load}, design, task, json, picture, trust)
 
 
+@doing("finding pressures")
+def reach(
+    source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
+    motion: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="MOTION=VALUE",
+            help="What the tip is to do, one or several of shift_x, shift_y, extension, bending_x, bending_y, twist: "
+            "bending_y=30deg extension=2mm. What is not named is free.",
+        ),
+    ] = None,
+    bounds: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="A=0:60kPa",
+            help="Least and largest pressure of a chamber; by default 0 and the largest of the tasks; repeatable.",
+        ),
+    ] = None,
+    curve: Annotated[
+        Path | None,
+        typer.Option(help="Table of motions, one a line, with titles such as 'bending_y (deg), extension (mm)'."),
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write pressures and motions to this file as a table.")] = None,
+    task: Annotated[str | None, typer.Option(help="Whose loads act; by default the first.")] = None,
+    design: DesignNumber = None,
+    trust: Trusted = False,
+) -> None:
+    """Find the pressures with which the tip of a design moves as wanted; status 3 if it is out of reach."""
+    from pneumorph.cli.reach import reach
+
+    if status := reach(source, motion or [], bounds or [], curve, csv, task, design, trust):
+        raise typer.Exit(status)
+
+
 @doing("calibrating")
 def calibrate(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],

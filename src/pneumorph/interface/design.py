@@ -6,7 +6,7 @@ Libraries that draw are loaded when something is drawn: loading them takes half 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -33,6 +33,7 @@ from pneumorph.analysis.near import analyse_near
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.interface.reach import PressuresFound, inverse, motions_wanted
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.report import LimitReading
@@ -240,6 +241,57 @@ class Design:
         """
         stored = self.stored if self.entry is not None else None
         return Explorer(self.problem, self.body, stored, self.entry.tasks if self.entry else None)
+
+    def pressures_for(
+        self,
+        motions: Mapping[str, Any],
+        bounds: Mapping[str, Any] | None = None,
+        task: str | None = None,
+    ) -> PressuresFound:
+        """The pressures with which the tip moves as wanted, or as near to it as they can; the shape stays.
+
+        Of all pressures that do it, those with the least effort are found. What is not asked for is free.
+
+        Parameters
+        ----------
+        motions : {motion: text with unit}
+            Such as ``{"bending_y": "30 deg", "extension": "2 mm"}``.
+        bounds : {chamber: "0:60 kPa"}
+            By default each chamber has at least 0 and at most the largest pressure of a task.
+        task : str
+            Whose loads act; by default the first.
+
+        Raises
+        ------
+        ProblemError
+            If a motion, a bound or the task is unknown.
+        ComputationError
+            If there is no stable equilibrium within the bounds, or the body cannot be meshed.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> found = pm.open_run("runs/small").best.pressures_for({"extension": "0.2 mm"})
+        >>> found.found.reached, 0.0 < found.pressures["A"] < 0.06  # MPa
+        (True, True)
+        """
+        [found] = self.pressures_along([motions_wanted(motions)], bounds, task)
+        return found
+
+    def pressures_along(
+        self,
+        wanted: Sequence[Mapping[str, float]],
+        bounds: Mapping[str, Any] | None = None,
+        task: str | None = None,
+    ) -> list[PressuresFound]:
+        """The pressures for motions one after another, in mm and rad; otherwise as `pressures_for`."""
+        chosen = self.problem.task[0].name if task is None else self._task(task)
+        tasks = sorted(self.problem.task, key=lambda each: each.name != chosen)
+        under = self.problem.model_copy(update={"task": tuple(tasks)})
+        known = self.entry is not None and chosen == self.problem.task[0].name
+        results = self.entry.tasks if self.entry is not None and known else None
+        explorer = Explorer(under, self.body, self.stored if known else None, results)
+        return inverse(explorer, under, bounds, wanted)
 
     def mesh_errors(self) -> dict[str, MeshError]:
         """How far the results of every task are from those on infinitely fine meshes.

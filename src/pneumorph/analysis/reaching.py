@@ -1,0 +1,231 @@
+"""Pressures for a motion of the tip: the inverse of a body whose shape is given.
+
+The squared distance from the wanted motion is minimised over the pressures within bounds by Gauss-Newton steps in a
+trust region, each a linear least-squares problem with bounds (Branch, Coleman & Li 1999; `scipy.optimize.lsq_linear`).
+The derivatives of the motion by the pressures are exact, by adjoints with the tangent that is factorised anyway. Of all
+pressures that are as near, those with the least effort are found, by a small weight on their squares. Equilibria are
+sought from the nearest that are known, and unstable ones count as none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+from scipy.stats import qmc
+
+from pneumorph.analysis.explore import Explorer
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.problem.components import MOTIONS
+from pneumorph.sensitivity import motion_slopes
+
+PER_RADIAN = np.degrees(1.0)
+"""Millimetres that count as much as a radian: a degree counts as one."""
+
+WITHIN, SHARE = 0.02, 0.005
+"""Distance from the wanted motion at which it is reached: in mm, but at most this share of the motion itself."""
+
+EFFORT, STILL = 2.5, 0.5
+"""Weight of the whole range of a pressure, and the change of the distance that ends the search, relative to that."""
+
+MOST, RESTARTS = 25, 4
+"""Steps from a start, and further starts where the wanted motion is not reached."""
+
+
+@dataclass(frozen=True)
+class Reached:
+    """The pressures whose motion is nearest to the wanted one.
+
+    Attributes
+    ----------
+    pressures : {chamber: MPa}
+    motion : (6,)
+        Translation (mm) and rotation vector (rad) of the tip.
+    off : {motion: float}
+        By how much each wanted motion is missed, mm and rad.
+    distance : float
+        The length of these, mm; a degree counts as 1 mm.
+    reached : bool
+        Whether that is as good as none.
+    at_bounds : tuple of str
+        Chambers whose pressure is at a bound.
+    by_pressure : (6, C)
+        Derivatives of the motion, per MPa of each chamber.
+    solves : int
+        Equilibria that were sought.
+    starts : int
+        Pressures from which the search began.
+    """
+
+    pressures: Mapping[str, float]
+    motion: np.ndarray
+    off: Mapping[str, float]
+    distance: float
+    reached: bool
+    at_bounds: tuple[str, ...]
+    by_pressure: np.ndarray
+    solves: int
+    starts: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Pressures as parts of their ranges (C,), the motion (6,) there, and its derivatives (6, C) by these parts."""
+
+    q: np.ndarray
+    motion: np.ndarray
+    slope: np.ndarray
+
+
+class Reaching:
+    """Finds pressures for motions, one after another: later searches begin near what is known by then.
+
+    Parameters
+    ----------
+    explorer : of the body.
+    bounds : {chamber: (lower, upper)}
+        Pressures in MPa, the lower below the upper; chambers without bounds have no pressure.
+    """
+
+    def __init__(self, explorer: Explorer, bounds: Mapping[str, tuple[float, float]]) -> None:
+        self._explorer, self._names = explorer, tuple(bounds)
+        self._lower, self._upper = np.array(list(bounds.values()), float).reshape(-1, 2).T
+        # Unlike pressures, so that all are solved on the same mesh whatever they are.
+        self._like = dict(zip(self._names, self._lower + (self._upper - self._lower) * self._odd(), strict=True))
+        self._points: list[_Point] = []
+        self._solves = 0
+
+    def _odd(self) -> np.ndarray:
+        return 0.5 + 0.4 * (np.arange(len(self._names)) + 1) / (len(self._names) + 1)
+
+    def reach(self, wanted: Mapping[str, float]) -> Reached | None:
+        """The pressures for a motion, or those nearest to it; None where no equilibrium was found at all.
+
+        Parameters
+        ----------
+        wanted : {motion: float}
+            Of `MOTIONS`, mm and rad; the others are free.
+        """
+        before, goal = self._solves, _Goal(wanted)
+        best, starts = None, 0
+        for q in self._starts(goal):
+            point = self._descend(goal, q)
+            starts += 1
+            if point is not None and (best is None or goal.distance(point) < goal.distance(best)):
+                best = point
+            if best is not None and goal.distance(best) <= goal.within:
+                break
+        return None if best is None else self._reached(goal, best, self._solves - before, starts)
+
+    def _starts(self, goal: _Goal) -> Sequence[np.ndarray]:
+        """Where to begin: at what is nearest, the pressures of tasks first of all, and then all over the ranges."""
+        if not self._points:
+            for pressures in self._explorer.known_pressures():
+                q = (np.array([pressures.get(name, 0.0) for name in self._names]) - self._lower) / self._range
+                self._point(np.clip(q, 0.0, 1.0))
+        near = [min(self._points, key=goal.distance).q] if self._points else [np.clip(self._rest, 0.0, 1.0)]
+        return [*near, *qmc.Sobol(len(self._names), rng=0).random(RESTARTS)]
+
+    @property
+    def _range(self) -> np.ndarray:
+        return self._upper - self._lower
+
+    @property
+    def _rest(self) -> np.ndarray:
+        """No pressure, as parts of the ranges."""
+        return -self._lower / self._range
+
+    def _descend(self, goal: _Goal, q: np.ndarray) -> _Point | None:
+        point, radius = self._point(q), 0.5
+        if point is None:
+            return None
+        for _ in range(MOST):
+            matrix, rhs = goal.linear(point, self._rest)
+            room = np.maximum(-point.q, -radius), np.minimum(1.0 - point.q, radius)
+            step = lsq_linear(matrix, rhs, (np.minimum(room[0], -1e-12), np.maximum(room[1], 1e-12)), tol=1e-12).x
+            expected = float(rhs @ rhs - np.sum((rhs - matrix @ step) ** 2))
+            if expected <= (STILL * goal.within) ** 2 or radius < 1e-4:
+                break
+            there = self._point(np.clip(point.q + step, 0.0, 1.0))
+            gained = 0.0 if there is None else goal.merit(point, self._rest) - goal.merit(there, self._rest)
+            longest = float(np.abs(step).max())
+            if there is None or gained < 0.1 * expected:
+                radius = 0.25 * longest
+                if there is None or gained <= 0.0:
+                    continue
+            elif gained > 0.75 * expected:
+                radius = max(radius, 2.0 * longest)
+            point = there
+        return point
+
+    def _point(self, q: np.ndarray) -> _Point | None:
+        """The motion at pressures; None without a stable equilibrium."""
+        pressures = self._pressures(q)
+        self._solves += 1
+        at, answer, tangent = self._explorer.solved(pressures, self._like)
+        if isinstance(answer, NoEquilibrium) or not answer.stable:
+            return None
+        slopes = motion_slopes(at, tangent, answer.state)
+        chambers = list(at.model.chambers)
+        by = np.array([np.asarray(load.pressure) for load in slopes.loads])
+        columns = [by[:, chambers.index(name)] if name in chambers else np.zeros(6) for name in self._names]
+        point = _Point(q, slopes.motion, np.column_stack(columns) * self._range)
+        self._points.append(point)
+        return point
+
+    def _pressures(self, q: np.ndarray) -> dict[str, float]:
+        return dict(zip(self._names, (self._lower + self._range * q).tolist(), strict=True))
+
+    def _reached(self, goal: _Goal, point: _Point, solves: int, starts: int) -> Reached:
+        at_bounds = tuple(
+            name
+            for name, q, rest in zip(self._names, point.q, self._rest, strict=True)
+            if (q <= 1e-9 and abs(rest) > 1e-9) or q >= 1.0 - 1e-9
+        )
+        return Reached(
+            self._pressures(point.q),
+            point.motion,
+            dict(zip(goal.names, goal.off(point), strict=True)),
+            goal.distance(point),
+            goal.distance(point) <= goal.within,
+            at_bounds,
+            point.slope / self._range,
+            solves,
+            starts,
+        )
+
+
+class _Goal:
+    """Wanted motions, and how far points are from them."""
+
+    def __init__(self, wanted: Mapping[str, float]):
+        self.names = tuple(wanted)
+        self._rows = [MOTIONS.index(name) for name in self.names]
+        self._values = np.array(list(wanted.values()))
+        self._scale = np.array([1.0 if row < 3 else PER_RADIAN for row in self._rows])
+        size = float(np.linalg.norm(self._scale * self._values))
+        self.within = min(WITHIN, SHARE * size) if size else WITHIN
+
+    def off(self, point: _Point) -> np.ndarray:
+        """What each wanted motion is missed by, mm and rad."""
+        return point.motion[self._rows] - self._values
+
+    def distance(self, point: _Point) -> float:
+        """In mm."""
+        return float(np.linalg.norm(self._scale * self.off(point)))
+
+    def merit(self, point: _Point, rest: np.ndarray) -> float:
+        """What is minimised: the squared distance, and a little effort."""
+        return self.distance(point) ** 2 + self._effort**2 * float(np.sum((point.q - rest) ** 2))
+
+    def linear(self, point: _Point, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """A and b of the merit |A s − b|² after a step s of the parts, with a motion that is linear in it."""
+        slope = self._scale[:, None] * point.slope[self._rows]
+        matrix = np.vstack([slope, self._effort * np.eye(len(point.q))])
+        return matrix, np.concatenate([-self._scale * self.off(point), -self._effort * (point.q - rest)])
+
+    @property
+    def _effort(self) -> float:
+        return EFFORT * self.within

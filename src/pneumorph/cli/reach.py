@@ -1,0 +1,91 @@
+"""`pneumorph reach`: the pressures for a motion of a design."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph import atomic
+from pneumorph.cli.source import design_of
+from pneumorph.cli.trust import asking
+from pneumorph.errors import ProblemError
+from pneumorph.interface.reach import PressuresFound, motions_wanted, read_motions
+from pneumorph.problem.components import MOTIONS
+
+MISSED = 3
+"""Exit status where a motion is out of reach."""
+
+
+def reach(
+    source: Path,
+    motions: Sequence[str],
+    bounds: Sequence[str],
+    curve: Path | None,
+    out: Path | None,
+    task: str | None,
+    number: int | None,
+    trust: bool,
+) -> int:
+    """Print the pressures for a motion, or for every motion of a file; the exit status is 3 where one is out of reach.
+
+    Parameters
+    ----------
+    source : Path
+        A run directory or a problem file.
+    motions, bounds : sequence of "name=value"
+    curve : Path or None
+        A table of motions, in place of one.
+    out : Path or None
+        A table of what was found.
+    task : str or None
+        Whose loads act; by default the first.
+    number : int or None
+        Of a run's design, by default the last.
+    trust : bool
+        Whether code in the problem file is trusted.
+
+    Raises
+    ------
+    ProblemError
+        If an option or the problem has a mistake.
+    ComputationError
+        If there is no stable equilibrium within the bounds, or the body cannot be meshed.
+    """
+    if curve is not None and motions:
+        raise ProblemError("--curve: is given beside a motion; leave one of them out")
+    wanted = [motions_wanted(_pairs(motions, "bending_y=30deg"))] if curve is None else read_motions(curve)
+    given = _pairs(bounds, "A=0:60kPa")
+    design = design_of(source, number, asking(trust))
+    found = design.pressures_along(wanted, given, task)
+    for each in found:
+        print(each)
+    if out is not None:
+        atomic.write_bytes(out, _table(found).encode())
+        print(f"written to {out}")
+    return 0 if all(each.found.reached for each in found) else MISSED
+
+
+def _pairs(given: Sequence[str], example: str) -> dict[str, str]:
+    pairs = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise ProblemError(f'"{text}": has no value; write it as {example}')
+        pairs[name.strip()] = value
+    return pairs
+
+
+def _table(found: Sequence[PressuresFound]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    titles = [f"{name} ({'mm' if number < 3 else 'deg'})" for number, name in enumerate(MOTIONS)]
+    writer.writerow([f"pressure {name} (kPa)" for name in found[0].pressures] + titles + ["off (mm)"])
+    for each in found:
+        motion = each.found.motion * np.where(np.arange(6) < 3, 1.0, np.degrees(1.0))
+        values = [*(1e3 * value for value in each.pressures.values()), *motion, each.found.distance]
+        writer.writerow([f"{value:.6g}" for value in values])
+    return text.getvalue()
