@@ -27,6 +27,9 @@ HALVED = 0.5
 than this part of it: those of large bulk moduli, stiff sheets and fibres may be larger than a tolerance under small
 loads."""
 
+SQUEEZED = 0.3
+"""Volume ratio below which an element is not what rubber does, but is about to be turned inside out."""
+
 INTERPENETRATION = "surfaces penetrate each other or an obstacle"
 
 LARGEST_MOVE = 0.05
@@ -156,6 +159,18 @@ def smallest_ratio(at: Configuration, vector: np.ndarray) -> float:
 def ratios_at(at: Configuration, vector: np.ndarray) -> np.ndarray:
     """The volume ratios (4, E) at the quadrature points."""
     return kinematics.volume_ratio(_deformation_gradients(at, at.model.state(vector)))
+
+
+def squeezed(at: Configuration, vector: np.ndarray) -> str:
+    """Which element is about to be turned inside out, as the end of a sentence; empty where none is."""
+    ratios = ratios_at(at, vector).min(axis=0)
+    if ratios.min() > SQUEEZED:
+        return ""
+    x, y, z = at.X[at.model.tets.nodes[ratios.argmin(), :4]].mean(axis=0)
+    return (
+        f"; the mesh element near ({x:.3g}, {y:.3g}, {z:.3g}) mm is squeezed to {ratios.min():.2g} of its volume: use "
+        "a finer mesh, or round the edge there"
+    )
 
 
 def stepped_ratios(

@@ -33,15 +33,20 @@ from pneumorph.mechanics.solve.balance import (
     residual_at,
     residual_rounding,
     smallest_ratio,
+    squeezed,
 )
 from pneumorph.mechanics.solve.border import border_at, enclosed_in, pushes, with_pressures
-from pneumorph.mechanics.solve.saddle import Iterate, metrics_along_step, reduced_with
+from pneumorph.mechanics.solve.saddle import GROWN, Iterate, metrics_along_step, reduced_with
 
 FIRST, SMALLEST, GROWTH = 1 / 8, 1 / 2048, 1.5
 """The first step and the smallest one, as parts of the way from rest, and by what the next one is longer."""
 
-MOST_CORRECTIONS, CONTRACTION = 15, 0.3
-"""Most corrections per step, and the ratio of two corrections above which the tangent is factorised again."""
+MOST_CORRECTIONS, SMALLEST_SHARE = 20, 1 / 16
+"""Most corrections per step, and the smallest part of one with a new factorisation that is tried."""
+
+CONTRACTION, WORTH = 0.3, 6
+"""The tangent is factorised again where the ratio of two corrections is above the first, and where it would take more
+of them than the second: so many cost as much as a factorisation."""
 
 EXACT_VOLUME = 1e-10
 """Error of a volume, relative to that at rest, that counts as none."""
@@ -122,7 +127,9 @@ def _filled(
         part = _part_way(begin, at, before.towards(own, fraction), fraction)
         vector, pressure = last.vector, np.asarray(last.at.loads.pressure)[rows]
         if ahead is not None:
-            vector, pressure = vector + step * ahead[0], pressure + step * ahead[1]
+            vector, pressure = (
+                old + (fraction - reached) * by for old, by in zip((vector, pressure), ahead, strict=True)
+            )
         if at.model.contact is not None:
             free = free_way(last.at, last.state, part, at.model.state(vector))
             if free < 1.0:
@@ -139,7 +146,8 @@ def _filled(
             step = min(step, fraction - reached) / 2
             # Without a way to go in parts, shorter ones are the same.
             if step < SMALLEST or begin is at:
-                return f"no equilibrium was found beyond {reached:.3g} of what is filled in and of the loads"
+                why = squeezed(last.at, last.vector)
+                return f"no equilibrium was found beyond {reached:.3g} of what is filled in and of the loads{why}"
             continue
         moved, rise = found.vector - last.vector, np.asarray(found.at.loads.pressure)[rows] - pressure_of(last, rows)
         ahead = moved / (fraction - reached), rise / (fraction - reached)
@@ -212,74 +220,128 @@ def pressure_of(found: Filled, rows: np.ndarray) -> np.ndarray:
     return np.asarray(found.at.loads.pressure)[rows]
 
 
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A state and its pressures on the way to an equilibrium.
+
+    Attributes
+    ----------
+    at : Configuration
+        With the pressures.
+    iterate : Iterate
+    pressure : (k,) MPa
+    short : (k,) mm³
+        What is missing of the volumes, of what is meshed.
+    """
+
+    at: Configuration
+    iterate: Iterate
+    pressure: np.ndarray
+    short: np.ndarray
+
+
+def _place(
+    at: Configuration, rest: np.ndarray, vector: np.ndarray, pressure: np.ndarray, metrics: Metrics
+) -> _Place | None:
+    """A place; None where an element is turned inside out, or the pressure of a gas has no volume."""
+    model, given = at.model, enclosed_in(at)
+    if smallest_ratio(at, vector) <= SMALLEST_RATIO or np.any(given.gas & (pressure <= -given.atmosphere)):
+        return None
+    there = with_pressures(at, given, pressure)
+    residual = residual_at(there, vector)
+    if not np.isfinite(residual).all():
+        return None
+    volumes = model.copies * volumes_of(model, at.X, model.state(vector))[given.rows(model)]
+    short = (given.volumes(rest, pressure) - volumes) / model.copies
+    return _Place(there, Iterate(vector, metrics, residual, residual), pressure, short)
+
+
 def _corrected(
     at: Configuration, tangent: Tangent, last: Filled, vector: np.ndarray, pressure: np.ndarray, tolerance: float
 ) -> Filled | Literal["meeting"] | None:
     """The state and the pressures near a guess of both; None where corrections do not get on.
 
-    `MEETING` where they would lead through surfaces.
+    `MEETING` where they would lead through surfaces. As in `saddle.py`, a step is taken where the next correction is
+    smaller, and that is the next step as long as fewer such steps are left than cost as much as a factorisation.
     """
-    model, given = at.model, enclosed_in(at)
-    rows, copies = given.rows(model), model.copies
-    rest = copies * volumes_of(model, at.X, model.state(np.zeros(model.size)))[rows]
-    vector, previous, fresh = held(at, vector), np.inf, False
-    metrics: Metrics = ()
+    model = at.model
+    rest = model.copies * volumes_of(model, at.X, model.state(np.zeros(model.size)))[enclosed_in(at).rows(model)]
+    vector, metrics = held(at, vector), ()
     if model.reinforcements:
         was, now = (displacement(model.tip, at.X, model.state(each)) for each in (last.vector, vector))
         metrics = metrics_after(model, at.X, model.state(last.vector), now - was)
+    here, direction, fresh = _place(at, rest, vector, pressure, metrics), None, False
     for _ in range(MOST_CORRECTIONS):
-        there, state = with_pressures(at, given, pressure), model.state(vector)
-        residual = residual_at(there, vector)
-        size = float(np.linalg.norm(residual))
-        if not np.isfinite(size) or smallest_ratio(at, vector) <= SMALLEST_RATIO:
+        if here is None:
             return None
-        short = (given.volumes(rest, pressure) - copies * volumes_of(model, at.X, state)[rows]) / copies
-        scale = applied_force(there, state)
-        exact = np.abs(short).max() <= EXACT_VOLUME * rest.max() / copies
-        if exact and (size <= tolerance * scale or (fresh and size <= residual_rounding(there, vector))):
-            return Filled(there, vector, size / scale)
-        first = previous == np.inf
-        if first:
-            tangent.factorise(there, state, metrics=metrics)
-        point = reduced_with(there, tangent, Iterate(vector, metrics, residual, residual))
-        change, rise = _bordered(there, tangent, given, rest, pressure, state, point.reduced, short)
-        now = length(at, change)
-        if now > CONTRACTION * previous and not fresh:
-            tangent.factorise(there, state, metrics=metrics)
-            point = reduced_with(there, tangent, point)
-            change, rise = _bordered(there, tangent, given, rest, pressure, state, point.reduced, short)
-            fresh, now = True, length(at, change)
-        elif now > 2 * previous:
-            return None
-        else:
-            fresh = first
-        if not np.isfinite(now) or (model.contact is not None and near_share(at, vector, change) < 1.0):
+        vector = here.iterate.vector
+        state, size = model.state(vector), float(np.linalg.norm(here.iterate.residual))
+        scale = applied_force(here.at, state)
+        exact = np.abs(here.short).max() <= EXACT_VOLUME * rest.max() / model.copies
+        if exact and (size <= tolerance * scale or (fresh and size <= residual_rounding(here.at, vector))):
+            return Filled(here.at, vector, size / scale)
+        fresh = direction is None
+        if direction is None:
+            tangent.factorise(here.at, state, metrics=here.iterate.metrics)
+            direction = _correction(here, tangent, rest)
+        change, _ = direction
+        if not np.isfinite(change).all() or (model.contact is not None and near_share(at, vector, change) < 1.0):
             return None
         if free_share(at, vector, change) < 1.0:
             return MEETING
-        by = metrics_along_step(there, tangent, point, change)
-        metrics = tuple(one + each for one, each in zip(metrics, by, strict=True))
-        vector, pressure, previous = vector + change, pressure + rise, now
-        if np.any(given.gas & (pressure <= -given.atmosphere)):
+        moved = _moved(at, tangent, rest, here, direction, SMALLEST_SHARE if fresh else 1.0)
+        if moved is None and fresh:
             return None
+        if moved is None:
+            direction = None
+            continue
+        here, direction, contraction = moved
+        left = np.log(tolerance * scale / max(size, 1e-300)) / np.log(min(contraction, 0.99))
+        if contraction > CONTRACTION or left > WORTH:
+            direction = None
     return None
 
 
-def _bordered(
+def _moved(
     at: Configuration,
     tangent: Tangent,
-    given: Enclosed,
     rest: np.ndarray,
-    pressure: np.ndarray,
-    state: State,
-    residual: np.ndarray,
-    short: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """dx and dp of the bordered system, with the last factorisation."""
-    push = pushes(at, given, state)
-    solved = tangent.precondition(np.column_stack([-residual, push]))
+    here: _Place,
+    direction: tuple[np.ndarray, np.ndarray],
+    smallest: float,
+) -> tuple[_Place, tuple[np.ndarray, np.ndarray], float] | None:
+    """The place after a step that passes the test, the next correction, and its size over that of the step.
+
+    Parameters
+    ----------
+    at, tangent : what is solved.
+    rest : (k,) volumes of the chambers at rest, mm³.
+    here : where the step begins.
+    direction : dx (n,) and dp (k,).
+    smallest : the smallest part of it that is tried; it is halved until the next correction is smaller.
+    """
+    (change, rise), step = direction, 1.0
+    before, by = length(at, change), metrics_along_step(here.at, tangent, here.iterate, change)
+    while step >= smallest:
+        metrics = tuple(one + step * each for one, each in zip(here.iterate.metrics, by, strict=True))
+        trial = _place(at, rest, here.iterate.vector + step * change, here.pressure + step * rise, metrics)
+        if trial is not None:
+            following = _correction(trial, tangent, rest)
+            contraction = length(at, following[0]) / max(before, 1e-300)
+            if contraction <= (GROWN if metrics else 1 - step / 4):
+                return trial, following, contraction if step == 1.0 else 1.0
+        step /= 2
+    return None
+
+
+def _correction(here: _Place, tangent: Tangent, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """dx (n,) and dp (k,) of the bordered system at a place, with the last factorisation."""
+    at, given = here.at, enclosed_in(here.at)
+    point = reduced_with(at, tangent, here.iterate)
+    push = pushes(at, given, at.model.state(point.vector))
+    solved = tangent.precondition(np.column_stack([-point.reduced, push]))
     solved = np.where(at.constrained[:, None], 0.0, solved)
     still, along = solved[:, 0], solved[:, 1:]
-    slopes = given.slopes(rest, pressure) / at.model.copies
-    rise = np.linalg.solve(push.T @ along - np.diag(slopes), short - push.T @ still)
+    slopes = given.slopes(rest, here.pressure) / at.model.copies
+    rise = np.linalg.solve(push.T @ along - np.diag(slopes), here.short - push.T @ still)
     return still + along @ rise, rise

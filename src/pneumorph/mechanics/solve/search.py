@@ -23,6 +23,7 @@ from pneumorph.mechanics.solve.balance import (
     free_share,
     free_way,
     relative_residual,
+    squeezed,
     unloaded,
 )
 from pneumorph.mechanics.solve.border import with_pressures
@@ -40,6 +41,9 @@ SMALLEST_FRACTION = 1 / 20
 FIRST_RESHAPED, FIRST_MOVED = 1 / 2, 1 / 8
 """Fractions of the way in the first step: where nodes move from one design to another, and where obstacles or a plate
 that is held move."""
+
+SMALLEST_FIRST = 1 / 512
+"""The same in the first step: a membrane at rest is far softer than under any load."""
 
 SMALLEST_MOVE = 1e-4
 """`SMALLEST_FRACTION` where obstacles move, which may have to be less than the gap to what they press on."""
@@ -211,8 +215,9 @@ def _raise(
     still = (np.array_equal(getattr(whole.loads, part), getattr(begin.loads, part)) for part in ("shift", "held"))
     moving = reshaped or not all(still)
     step = FIRST_RESHAPED if reshaped else FIRST_MOVED if moving else 1.0
-    smallest = SMALLEST_MOVE if moving else SMALLEST_FRACTION
     while reached < 1.0:
+        short = SMALLEST_MOVE if moving else SMALLEST_FRACTION
+        smallest = short if moving or reached else SMALLEST_FIRST
         fraction = min(1.0, reached + step)
         # At the full load use the caller's own configuration, so that its factorisation is recognised.
         part = part_way(begin, whole, fraction)
@@ -225,14 +230,15 @@ def _raise(
         start = without_meeting(part, state, start)
         with doing(_where(part, fraction)):
             found = find_near(part, tangent, guess_after(at, state, part, start), tolerance)
-            if isinstance(found, str) and (step < smallest or (whole.model.contact is not None and not moving)):
+            if isinstance(found, str) and (step < short or (whole.model.contact is not None and not moving)):
                 # Near a limit load, and where surfaces come near, a prediction may lead farther away.
                 found = find_near(part, tangent, state, tolerance)
         if isinstance(found, str):
             reason, step = found, min(step, fraction - reached) / 2
             if step < smallest / 2:
                 nearest = None if at is begin else read_off(at, tangent, state, 0.0, before)
-                return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {reason}", reached, nearest)
+                why = f"{reason}{squeezed(at, at.model.vector(state))}"
+                return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {why}", reached, nearest)
             continue
         (state, residual), reached, at, ahead = found, fraction, part, None
         step *= 1.5
