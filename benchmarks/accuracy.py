@@ -63,7 +63,7 @@ def _start(path: Path) -> Case:
 def _run(path: Path) -> Case:
     def case():
         design = pm.open_run(path, trust=True).best
-        return design.problem, design.body, (design.stored, design.entry.tasks)
+        return design.problem, design.body, (design.stored, design.results)
 
     return case
 
@@ -224,9 +224,9 @@ def main() -> None:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
         with asked.out.open("a") as file:
             for line in lines:
-                line["seconds"] = round(time.process_time() - began, 1)
-                file.write(json.dumps(line) + "\n")
-                print(json.dumps(line), flush=True)
+                words = json.dumps({**line, "seconds": round(time.process_time() - began, 1)})
+                file.write(f"{words}\n")
+                print(words, flush=True)
         done += lines
     print(table(done))
 

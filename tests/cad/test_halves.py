@@ -87,7 +87,8 @@ def test_a_part_moves_as_the_whole(folder, name, more, rest, motion):
     assert component(step) == pytest.approx(component(apart), rel=0.06)
     # So is the estimate on a refined mesh, which has the faces, caps and sheets of the file too.
     fine, same_fine = ((each.fine_rotation[1] if motion else each.fine_translation[2]) for each in (step, same))
-    assert fine == pytest.approx(same_fine, rel=1e-4) and fine != pytest.approx(component(step), rel=1e-3)
+    # Images of elements are divided along other diagonals.
+    assert 0.0 < abs(fine - component(step)) and fine == pytest.approx(same_fine, abs=0.1 * abs(fine - component(step)))
     assert set(step.volumes) <= set(same.volumes) == set(apart.volumes)
     for chamber, volume in step.volumes.items():
         assert volume == pytest.approx(same.volumes[chamber], rel=1e-6)
