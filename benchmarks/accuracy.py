@@ -119,7 +119,7 @@ def measured(name: str, found: Solved) -> Iterator[dict[str, Any]]:
     first = refined_model(problem, disc.morph.mesh.at(analysis.X))
     for task, at in list(analysis.configurations.items())[:1]:
         state = analysis.equilibria[task].state
-        near = first.near(at, state)
+        near = None if first is None else first.near(at, state)
         line = {
             "state": name,
             "task": task,
@@ -128,7 +128,7 @@ def measured(name: str, found: Solved) -> Iterator[dict[str, Any]]:
             "contact": disc.model.contact is not None,
             "layers": bool(disc.model.reinforcements),
         }
-        if near is None:
+        if first is None or near is None:
             yield line | {"failed": "no estimate"}
             continue
         begin, estimated, searched = near
@@ -136,7 +136,8 @@ def measured(name: str, found: Solved) -> Iterator[dict[str, Any]]:
         if isinstance(answer, NoEquilibrium):
             yield line | {"failed": answer.reason}
             continue
-        last = refined_model(problem, first.fine.mesh).near(begin, answer.state)
+        second = refined_model(problem, first.fine.mesh)
+        last = None if second is None else second.near(begin, answer.state)
         if last is None:
             yield line | {"failed": "no state on the second refinement"}
             continue

@@ -88,7 +88,7 @@ def test_a_part_moves_as_the_whole(folder, name, more, rest, motion):
     # So is the estimate on a refined mesh, which has the faces, caps and sheets of the file too.
     fine, same_fine = ((each.fine_rotation[1] if motion else each.fine_translation[2]) for each in (step, same))
     # Images of elements are divided along other diagonals.
-    assert 0.0 < abs(fine - component(step)) and fine == pytest.approx(same_fine, abs=0.1 * abs(fine - component(step)))
+    assert abs(fine - component(step)) > 0.0 and fine == pytest.approx(same_fine, abs=0.1 * abs(fine - component(step)))
     assert set(step.volumes) <= set(same.volumes) == set(apart.volumes)
     for chamber, volume in step.volumes.items():
         assert volume == pytest.approx(same.volumes[chamber], rel=1e-6)
