@@ -131,12 +131,13 @@ def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Seq
     if problem.obstacle or problem.contact is not None or reinforcements(problem) or enclosed_of(problem, task.volumes):
         raise ProblemError("calibrate: is for bodies without contact, sheets, fibres and sealed chambers")
     with doing("calibrating"):
-        return _fitted(_Fit.of(problem, body, task, curve), names)
+        fit = _Fit.of(problem, body, task, curve)
+        return fitted(fit, names, fit.begun())
 
 
-def _fitted(fit: _Fit, names: Sequence[str]) -> Calibration:
+def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
+    """The parameters of a curve by steps from solved states of the body as it is designed."""
     units = np.array([UNITS[PARAMETERS[name]] for name in names])
-    here = fit.begun()
     before, theta = here.values, np.zeros(len(names))
     cost = float(np.sum((here.values - fit.curve.values) ** 2))
     for _ in range(MOST_STEPS):
