@@ -13,7 +13,7 @@ from pneumorph.make.mould.bill import bill
 from pneumorph.make.mould.files import make_mould
 from pneumorph.make.mould.pieces import pieces
 from pneumorph.make.mould.plan import plan
-from pneumorph.make.mould.proof import part, proof
+from pneumorph.make.mould.proof import part, proof, room
 from pneumorph.make.mould.release import release
 from pneumorph.make.mould.samples import sampled
 from pneumorph.make.mould.sheet import FOOT, _sections, text_pages
@@ -81,6 +81,17 @@ def test_a_piece_in_the_rubbers_room_fails_the_proof(bodies):
         "distance of the mould's curved surfaces from the part",
         "volume of the part that pieces take up, relative",
     } <= failed
+
+
+def test_coarse_triangles_take_up_no_room(bodies):
+    """Those of a piece and of the part have different vertices on their common surface."""
+    planned, chord = plan(bodies("flat"), THIN, 1.0, DENSITY), 0.2
+    parts = [part(piece.name, piece.role, tessellated(piece.shape, chord)) for piece in pieces(planned)]
+    around = [each for each in parts if each.role in ("mould", "core")]
+    product = next(each for each in parts if each.name == "body")
+    (taken,) = (check for check in room("mould", product, around, chord) if "volume" in check.what)
+    assert taken.value > 1e-3
+    assert taken.passed
 
 
 def test_no_rubber_gets_into_the_clearance_around_stems():

@@ -15,7 +15,7 @@ from pneumorph.make.mould.tessellation import tessellated  # noqa: E402
 from pneumorph.problem.fabrication import MakeSpec  # noqa: E402
 
 DENSITY = 1.1e-9
-CHORD = 0.05
+CHORD = 0.1
 
 
 @pytest.mark.parametrize("kind", SECTIONS)

@@ -21,6 +21,13 @@ Array = NDArray[np.float64]
 VOLUME = 1e-3
 """Largest volume of the rubber part that pieces may take up, and largest overlap of two pieces, both relative to it."""
 
+MEETING = 1.0 / 6.0
+"""How deep triangles on one surface with other vertices overlap on average, over the chord.
+
+Those of an arc are 1 - x² of the chord from it, with x from 0 at their middles to 1 at their ends. With another y for
+the others, the mean of half of |x² - y²| is 1/6.
+"""
+
 RUBBER = ("product", "part", "negative")
 """Roles of pieces that are cast; all others are printed."""
 
@@ -122,8 +129,10 @@ def room(name: str, product: Part, around: Sequence[Part], chord: float) -> Iter
     yield Check(name, "distance of the part's points from the mould's surfaces", float(away.max()), chord, "mm")
     away = distances(product.mesh.triangles, np.concatenate([curved(each) for each in around]))
     yield Check(name, "distance of the mould's curved surfaces from the part", float(away.max()), chord, "mm")
+    volume = product.solid.volume()
     taken = sum((product.solid ^ each.solid).volume() for each in around)
-    yield Check(name, "volume of the part that pieces take up, relative", taken / product.solid.volume(), VOLUME)
+    limit = max(VOLUME, MEETING * chord * product.solid.surface_area() / volume)
+    yield Check(name, "volume of the part that pieces take up, relative", taken / volume, limit)
 
 
 def curved(part: Part) -> Array:
