@@ -1,4 +1,4 @@
-"""Whether intervals of `calibrate` contain the truth: python benchmarks/coverage.py [--curves 100] [--noise 0.02]
+"""Whether intervals of `calibrate` contain the truth: python benchmarks/intervals.py [--curves 100] [--noise 0.02]
 
 Curves of a coarse bending body, computed with moduli that are 15 % larger and a pressure that is 1 kPa larger than
 those of the problem, with independent normal errors. Every curve is fitted from the problem's parameters by the steps
@@ -20,16 +20,20 @@ TEXT = """
 [material]
 name = "Hei-Cast 8400"
 [body]
-length = "80 mm"
+length = "24 mm"
 radius = "10 mm"
 [[body.chamber]]
 name = "A"
-center = ["-4 mm", "0 mm"]
+center = ["5 mm", "0 mm"]
 radius = "3 mm"
+span = ["3 mm", "21 mm"]
 [[body.chamber]]
 name = "B"
-center = ["4 mm", "0 mm"]
+center = ["-5 mm", "0 mm"]
 radius = "3 mm"
+span = ["3 mm", "21 mm"]
+[limits]
+wall = "1 mm"
 [mesh]
 size = "8 mm"
 element = "quadratic"
