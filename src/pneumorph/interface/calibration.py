@@ -108,7 +108,7 @@ def _scaled(material: Material, factor: float) -> Material:
 
 
 def _lines(measured: Measured, fit: Calibration) -> Iterator[str]:
-    size, unit = (1.0, "mm") if MOTIONS.index(measured.motion) < 3 else (float(np.degrees(1.0)), "°")
+    size, unit, after = (1.0, "mm", " mm") if MOTIONS.index(measured.motion) < 3 else (float(np.degrees(1.0)), "°", "°")
     values = size * measured.values
     for name, value, half in zip(fit.names, fit.values, fit.half, strict=True):
         yield f"{WORDS[name]}: {value:+.3g} ± {half:.2g} {PARAMETERS[name]} (95 %)"
@@ -121,4 +121,4 @@ def _lines(measured: Measured, fit: Calibration) -> Iterator[str]:
         yield f"  {at:<20}" + "".join(f"{each:>10.3f}" for each in row)
     for word, curve in (("as designed", fit.before), ("calibrated", fit.after)):
         rms = float(np.sqrt(np.mean((size * curve - values) ** 2)))
-        yield f"root mean square of the differences, {word}: {rms:.3g} {unit}"
+        yield f"root mean square of the differences, {word}: {rms:.3g}{after}"

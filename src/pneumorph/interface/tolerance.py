@@ -253,29 +253,29 @@ def _lines(
     deviations = scatter.deviations
     for number, name in enumerate(MOTIONS):
         sign = asked.get(name, 1.0)
-        unit = "mm" if number < 3 else "°"
+        unit, after = ("mm", " mm") if number < 3 else ("°", "°")
         size = sign * (1.0 if number < 3 else float(np.degrees(1.0)))
         value, deviation = size * scatter.motion[number], abs(size) * deviations[number]
         if asked and name not in asked:
             continue
         if not asked and max(abs(value), deviation) < SMALL[unit]:
             continue
-        yield f"{task.name}: {motion_word(name, sign)} {value:.2f} ± {deviation:.2g} {unit} (one standard deviation)"
+        yield f"{task.name}: {motion_word(name, sign)} {value:.2f} ± {deviation:.2g}{after} (one standard deviation)"
         yield from _table(scatter, number, size, unit)
         if name in solved:
-            yield _further(solved[name], value, deviation, size, unit)
+            yield _further(solved[name], value, deviation, size, after)
         if ends:
             told = (
-                f"{1e3 * modulus:.3g} kPa: {'no stable state' if at is None else f'{size * at[number]:.2f} {unit}'}"
+                f"{1e3 * modulus:.3g} kPa: {'no stable state' if at is None else f'{size * at[number]:.2f}{after}'}"
                 for modulus, at in ends.items()
             )
             yield f"  solved with the shear moduli of sources: {', '.join(told)}"
 
 
-def _further(solved: OneDeviation, value: float, deviation: float, size: float, unit: str) -> str:
+def _further(solved: OneDeviation, value: float, deviation: float, size: float, after: str) -> str:
     """What solutions for castings that are off by one deviation say of the first-order figures."""
     ends = [None if each is None else size * each for each in (solved.down, solved.up)]
-    told = " and ".join("no stable state" if each is None else f"{each:.2f} {unit}" for each in ends)
+    told = " and ".join("no stable state" if each is None else f"{each:.2f}{after}" for each in ends)
     line = f"  solved for castings off by one deviation: {told}"
     if None in ends:
         return f"{line}; such castings may balloon or buckle"
