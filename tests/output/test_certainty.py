@@ -43,6 +43,8 @@ def test_errors_of_the_mesh_stand_beside_motions_in_their_units(motion, told):
 def test_a_target_stands_beside_a_value_with_its_error():
     assert Amount(59.871, "°", "", 60.0).with_error(Amount(61.05, "°", "")) == "59.87 ± 1.2° (mesh; target 60°)"
     assert Amount(1.5, "N", "").with_error(Amount(1.4, "N", "")) == "1.5 ± 0.1 N (mesh)"
+    held = Amount(-4.0, "°", "")
+    assert held.with_error(held) == str(held)
 
 
 def test_a_step_without_an_estimate_says_nothing():

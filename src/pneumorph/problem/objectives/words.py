@@ -53,7 +53,12 @@ class Amount(NamedTuple):
         return str(self) if self.target is None else f"{self} (target {self.target_words})"
 
     def with_error(self, fine: Amount) -> str:
-        """The value and how far it is from that on a fine mesh: "59.87 ± 1.2° (mesh; target 60°)"."""
+        """The value and how far it is from that on a fine mesh: "59.87 ± 1.2° (mesh; target 60°)".
+
+        Of a motion that is held it is the value alone.
+        """
+        if fine.value == self.value:
+            return self.beside_target
         number, gap = str(self).removesuffix(self.unit).rstrip(), "" if self.unit in ("°", "") else " "
         told = "mesh" if self.target is None else f"mesh; target {self.target_words}"
         return f"{number} ± {abs(fine.value - self.value):.2g}{gap}{self.unit} ({told})"
