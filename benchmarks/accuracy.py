@@ -1,12 +1,14 @@
 """How good the estimated error of the mesh is: the estimate over the true error, on many states.
 
-    python benchmarks/accuracy.py OUT.jsonl [--elements 80] [--seed 45] [--random 30] [--runs DIR] [--limit 240]
+    python benchmarks/accuracy.py OUT.jsonl [--small 40] [--random 30] [--starts] [--runs DIR] [--elements 80]
+                                  [--seed 45] [--limit 120]
 
-States are those of the examples at their starts, of finished runs in DIR, and of problems drawn at random,
-with plain and mixed elements in turn; against every third of these a plane is put, which it touches. Meshes are so
-coarse that they have about so many elements. The true error is by two refinements: the state is solved on the first,
-found near by on the second, and what further ones add is extrapolated by the ratio of the two changes. It is
-that of the tip's motion along its own direction. States already in OUT are not repeated; a table follows at the end.
+States are those of small parts of tubes, bare, with fibres, with a sheet, and pressed against a plane; those of
+problems drawn at random (`random_problems.py`), every third against a plane that it touches; of the examples at their
+starts, and of finished runs in DIR. Elements are plain and mixed in turn. Meshes are so coarse that they have about so
+many elements. The true error is by two refinements: the state is solved on the first, found near by on the second, and
+what further ones add is extrapolated by the ratio of the two changes. It is that of the tip's motion along its own
+direction. States already in OUT are not repeated; a table follows at the end.
 """
 
 from __future__ import annotations
@@ -43,13 +45,71 @@ Case = Callable[[], tuple[Problem, Body, Any]]
 
 def cases(asked: argparse.Namespace) -> Iterator[tuple[str, Case]]:
     """The states, those of each kind in turn, so that a part of them is a sample of all."""
-    starts = [(f"start {path.stem}", _start(path)) for path in sorted((ROOT / "examples").glob("*.toml"))]
+    rng = np.random.default_rng(asked.seed)
+    small = [(f"small {number}", _small(rng, number)) for number in range(asked.small)]
+    random = [(f"random {number}", _random(asked.seed, number)) for number in range(asked.random)]
     runs = sorted(path.parent for path in asked.runs.glob("*/result.json")) if asked.runs else []
     ended = [(f"run {path.name}", _run(path)) for path in runs]
-    random = [(f"random {number}", _random(asked.seed, number)) for number in range(asked.random)]
-    kinds = [random, ended, starts]
+    files = sorted((ROOT / "examples").glob("*.toml")) if asked.starts else []
+    kinds = [small, random, ended, [(f"start {path.stem}", _start(path)) for path in files]]
     for number in range(max(map(len, kinds))):
         yield from (kind[number] for kind in kinds if number < len(kind))
+
+
+SMALL = """
+[material]
+name = "Hei-Cast 8400"
+[body]
+length = "{length} mm"
+radius = "10 mm"
+symmetry = {part}
+[[body.chamber]]
+name = "A"
+radius = "{radius} mm"
+center = ["0 mm", "0 mm"]
+span = ["3 mm", "{end} mm"]
+[[task]]
+name = "move"
+pressure = {{ A = "{pressure} kPa" }}
+objective = {{ motion = "extension" }}
+[mesh]
+size = "{size} mm"
+element = "{element}"
+[end_effector]
+spring = {{ axial = "{spring} N/mm" }}
+{more}
+"""
+PARTS = ('{ mirror = ["xz", "yz"] }', "{ rotation = 3 }", "{ rotation = 4 }")
+MORE = {
+    "bare": "",
+    "fibres": '[[fibres]]\nname = "wrap"\nsurfaces = ["exterior"]\nstiffness = "5 N/mm"\nwinding = "70 deg"\n',
+    "sheet": '[[membrane]]\nname = "skin"\nsurfaces = ["exterior"]\nstiffness = "2 N/mm"\n',
+    "pressed": '[[obstacle]]\nname = "wall"\nkind = "plane"\npoint = ["0 mm", "0 mm", "{wall} mm"]\n'
+    "normal = [0, 0, -1]\n[contact]\nself = false\n",
+}
+
+
+def _small(rng: np.random.Generator, number: int) -> Case:
+    radius, length = rng.uniform(3.0, 7.0), rng.uniform(20.0, 40.0)
+    pressure = rng.uniform(20.0, 120.0) * (10.0 - radius) / 4.0
+    values = {
+        "radius": f"{radius:.2f}",
+        "length": f"{length:.1f}",
+        "end": f"{length - 3.0:.1f}",
+        "pressure": f"{pressure:.1f}",
+        "size": f"{rng.uniform(6.5, 9.0):.2f}",
+        "part": rng.choice(PARTS),
+        "spring": f"{rng.choice([0.0, rng.uniform(0.2, 3.0)]):.2f}",
+        "element": ("quadratic", "mixed")[number % 2],
+        "more": MORE[("bare", "fibres", "bare", "sheet", "pressed")[number // 2 % 5]],
+    }
+    values["more"] = values["more"].replace("{wall}", f"{length + 1e-3 * pressure:.3f}")
+
+    def case():
+        problem = loads(SMALL.format(**values))
+        return problem, body_of(problem), None
+
+    return case
 
 
 def _start(path: Path) -> Case:
@@ -82,6 +142,8 @@ def _random(seed: int, number: int) -> Case:
 def solved_coarsely(name: str, case: Case, elements: int) -> Solved:
     """The states on a coarse mesh."""
     problem, body, known = case()
+    if name.startswith("small"):
+        return analyse_near(problem, body, part_of(problem))
     usual = problem.mesh.size
     first = 1.5 * usual
     count = len(mesh_of(problem, body, part_of(problem), first).mesh.tets)
@@ -198,7 +260,9 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--elements", type=int, default=80)
     parser.add_argument("--seed", type=int, default=45)
+    parser.add_argument("--small", type=int, default=40)
     parser.add_argument("--random", type=int, default=30)
+    parser.add_argument("--starts", action="store_true")
     parser.add_argument("--runs", type=Path)
     parser.add_argument("--limit", type=float, default=120.0, help="processor seconds for a state")
     asked = parser.parse_args()

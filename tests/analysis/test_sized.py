@@ -8,6 +8,7 @@ from pneumorph import ProblemError
 from pneumorph.analysis import analyse, analyse_body, outgrown
 from pneumorph.analysis.sized import AIM, ENOUGH, Sized, chosen, next_size, relative_error, sized
 from pneumorph.geometry.tube.start import starting_body
+from pneumorph.interface.runs import prepare_run
 from pneumorph.optimize.buckling import judge
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import Remeshed
@@ -15,6 +16,7 @@ from pneumorph.optimize.iterate import AnalysedDesign
 from pneumorph.optimize.setup import build_setup
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import loads
+from pneumorph.run.opening import create
 
 TASK = """
 [[task]]
@@ -100,3 +102,10 @@ class Kept:
 
     def __iter__(self):
         self.value = yield from self._of
+
+
+def test_a_run_is_resumed_with_the_size_that_was_chosen_for_it(problem, tmp_path):
+    create(tmp_path / "run", problem.with_changes({"mesh.size": "3.3 mm"}))
+    assert prepare_run(problem, tmp_path / "run", resume=True).problem.mesh.size == pytest.approx(3.3, rel=1e-12)
+    with pytest.raises(ProblemError, match="another problem"):
+        prepare_run(problem.with_changes({"mesh.error": False, "mesh.size": "8 mm"}), tmp_path / "run", resume=True)

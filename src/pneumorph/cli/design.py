@@ -78,6 +78,9 @@ def design(
                 screen.say(f"resuming after design {run.latest} in {run.path}")
             if extras.has_mkl() and extras.missing("fast", "PARDISO"):
                 screen.say("solved by SuperLU; pip install 'pneumorph[fast]' makes factorisations 6 to 8 times as fast")
+            if asked.mesh.error is not None:
+                size, error = run.problem.mesh.size, 100 * asked.mesh.error
+                screen.say(f"elements of {size:g} mm, for which the start has an error of the mesh below {error:g} %")
             for sentence in () if asked.solid else adjusted_columns(asked.tubes):
                 screen.say(sentence)
             for sentence in doubts(asked):
