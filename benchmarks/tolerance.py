@@ -19,8 +19,8 @@ from pneumorph.mechanics import Equilibrium, Tangent, predict, solve
 from pneumorph.objective import measure_features
 from pneumorph.problem.components import MOTIONS
 
-ENOUGH = 1e-5
-"""Relative residual of the states."""
+ENOUGH, MOST = 1e-5, 25
+"""Relative residual of the states, and most factorisations for one: what is not found with them is no state."""
 
 
 def sampled(whole: Solved, task: str, tolerances: Tolerances, samples: int, seed: int) -> tuple[np.ndarray, int]:
@@ -39,7 +39,7 @@ def sampled(whole: Solved, task: str, tolerances: Tolerances, samples: int, seed
         changes = {name: tolerance * random.standard_normal() for name, tolerance in others.items()}
         casting = as_cast(at, moved, changes)
         start = predict(at, tangent, state, moved, casting.loads)
-        answer = solve(casting, search, start, ENOUGH, since=(at, state), most=60)
+        answer = solve(casting, search, start, ENOUGH, since=(at, state), most=MOST)
         if not isinstance(answer, Equilibrium):
             missing += 1
             continue
