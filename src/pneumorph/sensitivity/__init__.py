@@ -13,7 +13,7 @@ from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
 from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes, tip_motion_adjoints
 from pneumorph.sensitivity.pressure_rate import PressureRate, pressure_rates, rate_slopes
-from pneumorph.sensitivity.taylor import TaylorTest, taylor_test
+from pneumorph.sensitivity.taylor import TaylorTest, taylor_test, taylor_test_nearby
 
 __all__ = [
     "BEYOND",
@@ -34,6 +34,7 @@ __all__ = [
     "rate_slopes",
     "residual_jacobian",
     "taylor_test",
+    "taylor_test_nearby",
     "tip_motion_adjoints",
     "with_border",
 ]
