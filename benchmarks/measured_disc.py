@@ -10,6 +10,7 @@ the curve goes on where the pressure falls. Rubbers are those that other tests g
 import argparse
 import csv
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,8 @@ from pneumorph.mechanics import Equilibrium, Tangent, configure, enclosed_of, lo
 
 HERE = Path(__file__).resolve().parent / "measured"
 
-RADIUS, CONTACT, THICKNESS, DEPTH, FLOOR, RIM = 70.0, 25.4, 2.0, 10.0, 2.0, 4.0
-"""Of the disc, and of the stiff pot on which it is clamped, mm."""
+RADIUS, DEPTH, FLOOR, RIM = 70.0, 10.0, 2.0, 4.0
+"""Free radius of the disc, and sizes of the stiff pot on which it is clamped, mm."""
 
 FORCES = (14.715, 24.525, 39.24)
 """Dead loads, N."""
@@ -74,19 +75,45 @@ def measured() -> dict[float, dict[float, float]]:
     return found
 
 
-def write(path: Path) -> None:
-    """The body: a pot, and on it the disc, whose part below the load has faces of its own."""
-    top = DEPTH + THICKNESS
-    pot = Cylinder(Pnt(0, 0, 0), Z, RADIUS + RIM, top) - Cylinder(Pnt(0, 0, FLOOR), Z, RADIUS, top)
-    middle = Cylinder(Pnt(0, 0, DEPTH), Z, CONTACT, THICKNESS)
-    Glue([pot, middle, Cylinder(Pnt(0, 0, DEPTH), Z, RADIUS, THICKNESS) - middle]).WriteStep(str(path))
+@dataclass(frozen=True)
+class Disc:
+    """A disc: radius of its load and thickness in mm, and fabric rings on it by inner and outer radius in mm."""
+
+    contact: float = 25.4
+    thickness: float = 2.0
+    rings: tuple[tuple[float, float], ...] = ()
+
+    def write(self, path: Path) -> None:
+        """The body: a pot, and on it the disc, whose parts below load and rings have faces of their own."""
+        top = DEPTH + self.thickness
+        parts = [Cylinder(Pnt(0, 0, 0), Z, RADIUS + RIM, top) - Cylinder(Pnt(0, 0, FLOOR), Z, RADIUS, top)]
+        inner = None
+        for radius in sorted({self.contact, *(edge for ring in self.rings for edge in ring), RADIUS}):
+            whole = Cylinder(Pnt(0, 0, DEPTH), Z, radius, self.thickness)
+            part = whole if inner is None else whole - Cylinder(Pnt(0, 0, DEPTH), Z, inner, self.thickness)
+            if (inner, radius) in self.rings:
+                part.faces.Max(Z).name = f"ring{self.rings.index((inner, radius))}"
+            parts.append(part)
+            inner = radius
+        Glue(parts).WriteStep(str(path))
+
+    def problem(self, rubber: str, force: float, size: float, stiffness: float) -> str:
+        """A problem file with a load in N, element size in mm and a stiffness of the rings in N/mm."""
+        reach, top = self.contact + 0.5, DEPTH + self.thickness
+        text = TEXT.format(rubber=rubber, force=force, size=size, reach=reach, below=top - 0.1, above=top + 0.1)
+        for number in range(len(self.rings)):
+            text += f'[[membrane]]\nname = "fabric{number}"\non = [{{ name = "ring{number}" }}]\n'
+            text += f'stiffness = "{stiffness} N/mm"\n'
+        return text
 
 
-def predicted(folder: Path, rubber: str, force: float, size: float, until: float) -> tuple[np.ndarray, np.ndarray, int]:
+def predicted(
+    folder: Path, disc: Disc, rubber: str, force: float, size: float, until: float, stiffness: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, int]:
     """Heights in mm and pressures in kPa along the path up to a height, and the factorisations that this took."""
     path = folder / "disc.toml"
-    sizes = {"reach": CONTACT + 0.5, "below": DEPTH + THICKNESS - 0.1, "above": DEPTH + THICKNESS + 0.1}
-    path.write_text(TEXT.format(rubber=RUBBERS[rubber], force=force, size=size, **sizes))
+    disc.write(folder / "disc.step")
+    path.write_text(disc.problem(RUBBERS[rubber], force, size, stiffness))
     problem = pm.load(path)
     simulation = pm.starting_design(problem).prepare_simulation(volumes={"A": "1 ml"})
     model, tangent = simulation.model, Tangent(simulation.model)
@@ -114,13 +141,12 @@ def main() -> None:
     size, known = parser.parse_args().size, measured()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write(folder / "disc.step")
         for rubber in RUBBERS:
             for force in FORCES:
-                heights, pressures, spent = predicted(folder, rubber, force, size, min(60.0, max(known[force])))
+                heights, pressures, spent = predicted(folder, Disc(), rubber, force, size, min(60.0, max(known[force])))
                 cells = []
                 for height in HEIGHTS:
-                    if height in known[force] and heights[0] <= height <= heights[-1]:
+                    if len(heights) and height in known[force] and heights[0] <= height <= heights[-1]:
                         there, seen = float(np.interp(height, heights, pressures)), known[force][height]
                         cells.append(f"{there:.2f} ({seen:.2f}), {100 * (there / seen - 1):+.0f} %")
                     else:
