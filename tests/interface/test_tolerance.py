@@ -11,7 +11,8 @@ from pneumorph.cli import app
 from pneumorph.errors import ProblemError
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.tolerance import read_tolerances
-from pneumorph.problem import loads
+from pneumorph.output import thickening
+from pneumorph.problem import load, loads
 from pneumorph.problem.material import elastomer
 from pneumorph.problem.sources import range_of
 
@@ -66,3 +67,29 @@ def test_what_is_no_tolerance_is_refused_by_name(given, word):
     with pytest.raises(ProblemError, match=word) as refused:
         read_tolerances(given)
     assert str(refused.value).startswith(next(iter(given)))
+
+
+def test_a_picture_of_another_format_is_refused_before_anything_is_solved(file, tmp_path):
+    done = CliRunner().invoke(app, ["tolerance", str(file), "--picture", str(tmp_path / "rubber.bmp")])
+    assert done.exit_code != 0
+    assert "--picture" in done.output and "bmp" in done.output
+
+
+def test_where_more_rubber_matters_is_drawn(file, tmp_path, monkeypatch):
+    """With one range of colours to both sides; most of the tube's surface moves it less where it is thicker."""
+    drawn = []
+
+    def images(job):
+        drawn.append(job)
+        return [np.zeros((4, 4, 4)) for _ in job.panels]
+
+    monkeypatch.setattr(thickening, "images", images)
+    report = starting_design(load(file)).tolerance()
+    path = report.picture(tmp_path / "rubber.png")
+    assert path.exists()
+    (job,) = drawn
+    (panel,) = job.panels
+    assert job.range[0] == -job.range[1] < 0.0 and job.colours.label.startswith("mm more")
+    changes = report.thickening["extend"]["extension"]
+    np.testing.assert_allclose(panel.shape.field, 10.0 * changes)
+    assert np.count_nonzero(changes < 0.0) > np.count_nonzero(changes > 0.0)
