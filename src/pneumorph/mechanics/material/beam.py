@@ -18,12 +18,14 @@ which Newton's method solves in finite differences.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import solve_banded
-from scipy.optimize import brentq, least_squares
+from scipy.optimize import least_squares, root_scalar
 from scipy.stats import t as students
 
 SHEAR = 10.0 * 1.5 / (12.0 + 11.0 * 0.5)
@@ -163,7 +165,8 @@ def from_deflection(strip: Strip, measured: float, error: float) -> BeamModulus:
         def off(logarithm: float) -> float:
             return deflection(strip, float(np.exp(logarithm))) - measured
 
-        return float(np.exp(brentq(off, *_logarithms(strip), xtol=1e-10)))
+        least, most = _logarithms(strip)
+        return math.exp(root_scalar(off, bracket=(least, most), xtol=1e-10).root)
 
     found = young(strip, measured)
     step = 1e-3
@@ -224,7 +227,7 @@ def _logarithms(strip: Strip) -> tuple[float, float]:
     return float(np.log(SOFTEST * own)), float(np.log(STIFFEST * own))
 
 
-def _by_sizes(strip: Strip, young, found: float) -> float:
+def _by_sizes(strip: Strip, young: Callable[[Strip], float], found: float) -> float:
     """Relative deviation of the modulus by the sizes and the density of the strip."""
     relative = {name: size / getattr(strip, name) for name, size in SIZES.items()} | {"density": DENSITY}
     step = 1e-3
