@@ -118,7 +118,7 @@ def displaced(surface: LatticeSurface, places: np.ndarray) -> tuple[np.ndarray, 
 
 def closed_surfaces(body: Body, chord: float) -> list[np.ndarray]:
     """Corners (n, 3, 3) of the triangles of every closed surface in the STL file of a body, the largest one first."""
-    parts = triangulated(body, chord)
+    parts = triangulated(body.surfaces, chord)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "design.stl"
         write_stl(path, Triangles(parts[0].points, np.concatenate([each.corners for each in parts])))
