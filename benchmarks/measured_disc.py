@@ -1,5 +1,7 @@
 """A lifting disc beside its published measurement: python benchmarks/measured_disc.py [--size mm]
 
+With `--ringed N/mm`, discs with two fabric rings of this stiffness, whose measured curves have not been seen.
+
 The disc of G. Campbell and others 2025 (arXiv 2504.01156; data of the repository gmcampbell/SPA_Design, MIT licence, in
 measured/ringless_pressure_height.csv): Ecoflex 00-30, 2 mm thick, clamped at a radius of 70 mm, lifts a rigid disc of
 radius 25.4 mm that carries a dead load. At every volume of air below it the height and the pressure are found, so that
@@ -107,10 +109,40 @@ class Disc:
         return text
 
 
+RINGED = (
+    Disc(25.4, 2.0, ((44.0, 54.0), (57.0, 67.0))),
+    Disc(29.63, 2.33, ((32.63, 42.63), (57.0, 67.0))),
+    Disc(27.98, 2.0, ((40.58, 50.58), (53.58, 67.0))),
+    Disc(38.1, 2.0, ((41.1, 54.0), (57.0, 67.0))),
+    Disc(25.4, 2.0, ((28.4, 38.4), (41.4, 51.4))),
+    Disc(31.92, 2.0, ((41.0, 51.0), (54.0, 64.0))),
+)
+"""Discs with rings that were measured too."""
+
+
 def predicted(
-    folder: Path, disc: Disc, rubber: str, force: float, size: float, until: float, stiffness: float = 0.0
+    folder: Path,
+    disc: Disc,
+    rubber: str,
+    force: float,
+    size: float,
+    until: float,
+    stiffness: float = 0.0,
+    step: float = STEP,
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Heights in mm and pressures in kPa along the path up to a height, and the factorisations that this took."""
+    """Heights in mm and pressures in kPa along the path up to a height, and the factorisations that this took.
+
+    Parameters
+    ----------
+    folder : for the body and the problem file.
+    disc : what is lifted.
+    rubber : a key of `RUBBERS`.
+    force : the load, N.
+    size : of the elements, mm.
+    until : height at which the path ends, mm.
+    stiffness : of the rings, N/mm.
+    step : ml, from state to state.
+    """
     path = folder / "disc.toml"
     disc.write(folder / "disc.step")
     path.write_text(disc.problem(RUBBERS[rubber], force, size, stiffness))
@@ -119,7 +151,7 @@ def predicted(
     model, tangent = simulation.model, Tangent(simulation.model)
     loads = loads_of(problem, model, {"A": 0.0})
     volumes = [
-        configure(model, simulation.mesh.points, loads, enclosed=enclosed_of(problem, {"A": 1e3 * STEP * (k + 1)}))
+        configure(model, simulation.mesh.points, loads, enclosed=enclosed_of(problem, {"A": 1e3 * step * (k + 1)}))
         for k in range(MOST)
     ]
     heights, pressures = [], []
@@ -138,20 +170,38 @@ def predicted(
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--size", type=float, default=8.0, help="of the elements, mm")
-    size, known = parser.parse_args().size, measured()
+    parser.add_argument("--ringed", type=float, default=0.0, help="stiffness of fabric rings, N/mm")
+    parser.add_argument("--force", type=float, default=24.525, help="on discs with rings, N")
+    given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for rubber in RUBBERS:
-            for force in FORCES:
-                heights, pressures, spent = predicted(folder, Disc(), rubber, force, size, min(60.0, max(known[force])))
-                cells = []
-                for height in HEIGHTS:
-                    if len(heights) and height in known[force] and heights[0] <= height <= heights[-1]:
-                        there, seen = float(np.interp(height, heights, pressures)), known[force][height]
-                        cells.append(f"{there:.2f} ({seen:.2f}), {100 * (there / seen - 1):+.0f} %")
-                    else:
-                        cells.append("–")
-                print(f"| {rubber} | {force} N | {' | '.join(cells)} | {spent} |", flush=True)
+        if given.ringed:
+            ringed(Path(name), given.force, given.size, given.ringed)
+        else:
+            compared(Path(name), given.size)
+
+
+def ringed(folder: Path, force: float, size: float, stiffness: float) -> None:
+    """Print the pressures of the discs with rings."""
+    for number, disc in enumerate(RINGED, 1):
+        heights, pressures, spent = predicted(folder, disc, next(iter(RUBBERS)), force, size, 42.0, stiffness, 100.0)
+        cells = [f"{float(np.interp(each, heights, pressures)):.2f}" for each in HEIGHTS[:4] if len(heights)]
+        print(f"| {number} | {' | '.join(cells)} | {spent} |", flush=True)
+
+
+def compared(folder: Path, size: float) -> None:
+    """Print the pressures of the disc without rings beside the measured ones."""
+    known = measured()
+    for rubber in RUBBERS:
+        for force in FORCES:
+            heights, pressures, spent = predicted(folder, Disc(), rubber, force, size, min(60.0, max(known[force])))
+            cells = []
+            for height in HEIGHTS:
+                if len(heights) and height in known[force] and heights[0] <= height <= heights[-1]:
+                    there, seen = float(np.interp(height, heights, pressures)), known[force][height]
+                    cells.append(f"{there:.2f} ({seen:.2f}), {100 * (there / seen - 1):+.0f} %")
+                else:
+                    cells.append("–")
+            print(f"| {rubber} | {force} N | {' | '.join(cells)} | {spent} |", flush=True)
 
 
 if __name__ == "__main__":
