@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from pneumorph.analysis.accuracy import MOST, beyond, extrapolated, refined_model
+from pneumorph.analysis.accuracy import beyond, extrapolated, refined_model
 from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.collect import by_region, poses_of, vector
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
@@ -49,6 +49,8 @@ from pneumorph.results.records import SweepStep, Vector
 
 MOST_FRICTION = 10.0
 """A larger coefficient is taken for a mistake: those of rubber are a few at most."""
+QUICK = 16_000
+"""Elements of refined meshes that are small enough for the end of a sweep."""
 Poses = dict[str, tuple[float, ...]]
 
 
@@ -204,7 +206,7 @@ class Simulation:
 
     def _with_error(self, step: SweepStep, at: Configuration, answer: Equilibrium, whole: Whole | None) -> SweepStep:
         """A step with estimates of its values without the error of the mesh, where that takes little time."""
-        if self.friction or at.model.elements > MOST // 8:
+        if self.friction or 8 * at.model.elements > QUICK:
             return step
         mesh = whole.image.mesh if whole and at.model is whole.model else self.mesh
         here = settled(at, answer)
