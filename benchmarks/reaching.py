@@ -1,16 +1,17 @@
 """Pressures for random motions of runs: how many are found, how far they are off, and how many equilibria that takes.
 
-    python benchmarks/reaching.py RUN [RUN ...] [--motions 100] [--seed 0] [--size "5 mm"]
+    python benchmarks/reaching.py RUN_OR_PROBLEM [...] [--motions 100] [--seed 0] [--size "5 mm"]
 
-Of every run the last design is taken, on a mesh of its own where a size is given. Pressures are drawn uniformly between
-the bounds; the motion that they give is then asked for, without them. As many components of it are asked for as there
-are chambers, at most five: those that the pressures change most.
+Of every run the last design is taken, of every problem file the start, on a mesh of a size of its own where one is
+given. Pressures are drawn uniformly between the bounds; the motion that they give is then asked for, without them. As many
+components of it are asked for as there are chambers, at most five: those that the pressures change most.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from pathlib import Path
 from statistics import median
 
 import numpy as np
@@ -20,6 +21,7 @@ from pneumorph.analysis import Explorer
 from pneumorph.analysis.reaching import PER_RADIAN, Reaching
 from pneumorph.interface.reach import bounds_of
 from pneumorph.problem.components import MOTIONS
+from pneumorph.sensitivity import motion_slopes
 
 
 def main() -> None:
@@ -39,21 +41,21 @@ def main() -> None:
 
 def row(path: str, count: int, seed: int, size: str | None) -> str:
     """A row of the table."""
-    run = pm.open_run(path, trust=True)
-    design = run.best
+    source = Path(path)
+    design = pm.open_run(source, trust=True).best if source.is_dir() else pm.starting_design(pm.load(source))
     problem = design.problem if size is None else design.problem.with_changes({"mesh.size": size})
     bounds = bounds_of(problem, {})
     lower, upper = np.array(list(bounds.values())).T
     truth, search = Explorer(problem, design.body), Reaching(Explorer(problem, design.body), bounds)
+    unlike = dict(zip(bounds, lower + (upper - lower) * np.linspace(0.3, 0.7, len(bounds)), strict=True))
     rng, found, dofs = np.random.default_rng(seed), [], 0
     began = time.perf_counter()
     while len(found) < count:
         pressures = dict(zip(bounds, rng.uniform(lower, upper), strict=True))
-        at, answer, _ = truth.solved(pressures, pressures)
+        at, answer, tangent = truth.solved(pressures, unlike)
         if not getattr(answer, "stable", False):
             continue
-        step = truth.at(pressures).step
-        motion = np.array([*step.translation, *step.rotation])
+        motion = motion_slopes(at, tangent, answer.state).motion
         first = search.reach({"extension": motion[2]}) if not found else None
         if first is not None:
             sizes = np.linalg.norm(first.by_pressure, axis=1) * np.where(np.arange(6) < 3, 1.0, PER_RADIAN)
@@ -63,7 +65,7 @@ def row(path: str, count: int, seed: int, size: str | None) -> str:
     off, solves = [each.distance for each in found], [each.solves for each in found]
     seconds = (time.perf_counter() - began) / sum(solves)
     reached = sum(each.reached for each in found)
-    cells = run.path.name, dofs, f"{reached} of {count}", f"{median(off):.3f}", f"{max(off):.3f}"
+    cells = source.stem, dofs, f"{reached} of {count}", f"{median(off):.3f}", f"{max(off):.3f}"
     return f"| {' | '.join(map(str, cells))} | {median(solves):g} | {max(solves)} | {seconds:.2f} |"
 
 
