@@ -3,8 +3,8 @@
     python benchmarks/reaching.py RUN_OR_PROBLEM [...] [--motions 100] [--seed 0] [--size "5 mm"]
 
 Of every run the last design is taken, of every problem file the start, on a mesh of a size of its own where one is
-given. Pressures are drawn uniformly between the bounds; the motion that they give is then asked for, without them. As many
-components of it are asked for as there are chambers, at most five: those that the pressures change most.
+given. Pressures are drawn uniformly between the bounds; the motion that they give is then asked for, without them. As
+many components of it are asked for as there are chambers, at most five: those that the pressures change most.
 """
 
 from __future__ import annotations
