@@ -84,9 +84,9 @@ class LatticeAverage:
 
     def apply(self, coordinates: Array) -> Array:
         """See `Average`."""
-        shape = [len(each) for each in self.along]
         x, y, z = self.along
-        return np.einsum("ai,bj,ck,dijk->dabc", x, y, z, coordinates.reshape(3, *shape), optimize=True).ravel()
+        moved = (x @ coordinates.reshape(3, len(x), -1)).reshape(3, len(x), len(y), len(z))
+        return (y @ moved @ z).ravel()
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,11 +29,11 @@ def close_pairs(one: Floats, other: Floats, within: Floats | float) -> tuple[Int
     if not len(here) or not len(there):
         return np.zeros(0, int), np.zeros(0, int)
     reach = small + within
-    near = KDTree(there).query_ball_point(here, reach + large.max(), return_sorted=True)
-    i = np.repeat(np.arange(len(one)), [len(each) for each in near])
-    j = np.concatenate([np.asarray(each, dtype=int) for each in near])
-    some = np.linalg.norm(here[i] - there[j], axis=1) <= reach[i] + large[j]
-    return i[some], j[some]
+    longest = float(reach.max() + large.max())
+    near = KDTree(here).sparse_distance_matrix(KDTree(there), longest, output_type="ndarray")
+    i, j = near["i"].astype(int), near["j"].astype(int)
+    number = np.sort((i * len(other) + j)[near["v"] <= reach[i] + large[j]])
+    return number // len(other), number % len(other)
 
 
 @dataclass(frozen=True, eq=False)
