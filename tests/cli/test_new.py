@@ -37,7 +37,7 @@ def test_help_fits_the_screen(command, width):
 
 def test_help_keeps_what_is_in_brackets(run):
     shown = " ".join(run("material", "fit", "--help").stdout.split())
-    assert "as a table [material]." in shown and "Density for the table [material];" in shown
+    assert "as a table [material]." in shown and "Density for the table [material]," in shown
     assert "[MODE=]FILE..." in shown
 
 
