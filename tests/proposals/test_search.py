@@ -20,7 +20,7 @@ TARGET = Target.model_validate(
 )
 
 
-FEW = Plan(candidates=7, seed=1, minutes=60.0, stages=(1, 2), designs=2)
+FEW = Plan(candidates=4, seed=1, minutes=60.0, stages=(1, 2), designs=2)
 
 
 class Runner:
@@ -40,7 +40,7 @@ def test_the_best_go_on_and_a_search_is_taken_up_again(tmp_path):
     runner, said = Runner(tmp_path), []
     found = propose(TARGET, tmp_path, FEW, runner, 1, said.append)
     finals = [each for each in found if each.final]
-    assert len(found) == 7 and len(finals) == 2 and found[:2] == finals
+    assert len(found) == 4 and len(finals) == 2 and found[:2] == finals
     assert finals[0].entry.objective <= finals[1].entry.objective
     assert len(said) == 2
     # Everything that did not go on says why.
