@@ -1,4 +1,4 @@
-"""Castings that are off: the spread between them is that of first derivatives, and their objectives have gradients."""
+"""Perturbed castings: the spread between them is that of first derivatives, and their objectives have gradients."""
 
 from dataclasses import replace
 

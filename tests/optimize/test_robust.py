@@ -1,4 +1,4 @@
-"""Robust designs: castings that are off are found anew, go along to new meshes, and are stored with the run."""
+"""Robust designs: perturbed castings are found anew, go along to new meshes, and are stored with the run."""
 
 import numpy as np
 import pytest

@@ -110,7 +110,7 @@ class Analysis:
     value : J, their weighted sum; of tasks with castings the mean of theirs counts.
     self_intersecting : whether the deformed body intersects itself, by task.
     limit_points : the limit points ahead of the states by task, once they have been looked for (`limit_points`).
-    castings : the states of castings that are off, by task.
+    castings : the states of perturbed castings, by task.
     """
 
     phi: np.ndarray
@@ -235,10 +235,10 @@ def analyse(
         if asked := disc.castings.get(task.name):
             solver, objective = disc.tangents[task.name], disc.objectives[task.name]
             begins = [(starts or {}).get(casting_name(task.name, number)) for number in range(len(asked))]
-            with doing(f"castings of task {task.name} that are off"):
+            with doing(f"perturbed castings of task {task.name}"):
                 off = solve_castings(asked, at, solver, equilibrium.state, objective, begins, tolerance, most)
             if isinstance(off, NoEquilibrium):
-                return replace(off, reason=f"a casting that is off has no state: {off.reason}")
+                return replace(off, reason=f"a perturbed casting has no state: {off.reason}")
             castings[task.name], weighed[task.name] = off, sum(each.value for each in off) / len(off)
     value = sum(task.weight * weighed[task.name] for task in problem.task)
     data = space.data(phi)

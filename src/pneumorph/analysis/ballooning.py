@@ -39,7 +39,7 @@ def _states(disc: Discretisation, analysis: Analysis) -> dict[str, tuple[str, Ta
 def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapping[str, Margin]:
     """The limit point ahead of every task: without a state where it is beyond `BEYOND` times the bound, or none is.
 
-    And of castings that are off, each under a name of its own. Under vacuum alone nothing balloons.
+    And of perturbed castings, each under a name of its own. Under vacuum alone nothing balloons.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def expect_limit_points(before: Analysis, analysis: Analysis, bound: float) -> N
 def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> tuple[dict[str, float], dict[str, float]]:
     """The margins of the tasks whose limit point is near; and how far the others were followed where that is not known.
 
-    All estimates are made again, and castings that are off do not count.
+    All estimates are made again, and perturbed castings do not count.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> tupl
 def margins(disc: Discretisation, analysis: Analysis, bound: float) -> dict[str, float]:
     """The pressures of the limit point ahead of every task over its own, where known; see `sensitivity.margin`.
 
-    With castings that are off, the least of them.
+    With perturbed castings, the least of them.
     """
     points, least = limit_points(disc, analysis, bound), {}
     for name, (task, _) in _states(disc, analysis).items():

@@ -1,4 +1,4 @@
-"""Castings of a design that are off, whose states are found beside the design's own: what makes a design robust.
+"""Perturbed castings of a design, whose states are found beside the design's own: what makes a design robust.
 
 With all causes of scatter z in standard deviations, the residuals of an objective differ by A z to first order. Where
 they differ most is along A's first right singular vector v. An objective with a target is that of the castings
@@ -26,7 +26,7 @@ from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
 
 @dataclass(frozen=True, eq=False)
 class Casting:
-    """A casting that is off.
+    """A perturbed casting.
 
     Attributes
     ----------

@@ -113,7 +113,7 @@ def unpack(
 
 
 def _castings(problem: Problem, disc: Discretisation, arrays: dict[str, Any]) -> dict[str, dict[str, Casting]]:
-    """The castings that are off, by task and name."""
+    """The perturbed castings, by task and name."""
     castings: dict[str, dict[str, Casting]] = {}
     for task in problem.task:
         for number in count():

@@ -53,7 +53,7 @@ def collect_task_results(disc: Discretisation, analysis: Analysis) -> dict[str, 
 
 
 def collect_castings(disc: Discretisation, analysis: Analysis) -> dict[str, TaskResult]:
-    """The same of castings that are off, by the task's name with a number; whether they intersect is not known."""
+    """The same of perturbed castings, by the task's name with a number; whether they intersect is not known."""
     results = {}
     for name, castings in analysis.castings.items():
         for number, off in enumerate(castings):

@@ -72,7 +72,7 @@ def castings_off(problem: Problem, task: Task, last: HistoryEntry) -> str:
         return ""
     off = [result for name, result in last.castings.items() if name.rpartition(", casting ")[0] == task.name]
     motions = " and ".join(str(task.objective.achieved(each)) for each in off)
-    return f"castings that are off by {problem.robust.deviations:g} standard deviation(s): {motions}" if off else ""
+    return f"castings perturbed by {problem.robust.deviations:g} standard deviation(s): {motions}" if off else ""
 
 
 def how_many(asked: int, result: RunResult) -> str:

@@ -54,7 +54,7 @@ class ToleranceReport:
     problem : Problem
     tasks : {task: Scatter}
     solved : {task: {motion: OneDeviation}}
-        Of the motions that tasks are about, where castings that are off by one deviation could be solved.
+        Of the motions that tasks are about, where castings perturbed by one deviation could be solved.
     mesh : TetMesh
         Of the whole body at rest.
     thickening : {task: {motion: (N,)}}
@@ -273,7 +273,7 @@ def _lines(
 
 
 def _further(solved: OneDeviation, value: float, deviation: float, size: float, after: str) -> str:
-    """What solutions for castings that are off by one deviation say of the first-order figures."""
+    """What solutions for castings perturbed by one deviation say of the first-order figures."""
     ends = [None if each is None else size * each for each in (solved.down, solved.up)]
     told = " and ".join("no stable state" if each is None else f"{each:.2f}{after}" for each in ends)
     line = f"  solved for castings off by one deviation: {told}"

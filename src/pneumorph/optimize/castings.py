@@ -1,4 +1,4 @@
-"""Castings that are off, for which designs are robust: found anew every few designs, and carried to new meshes."""
+"""Perturbed castings, for which designs are robust: chosen again every few designs, and carried to new meshes."""
 
 from __future__ import annotations
 

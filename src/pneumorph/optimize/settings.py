@@ -191,5 +191,5 @@ class LoopSettings:
     stopping: StoppingSettings = field(default_factory=StoppingSettings)
     trial: TrialSettings = field(default_factory=TrialSettings)
     castings: int = 5
-    """Designs after which castings that are off are found anew, which costs their states once more and forgets the
+    """Designs after which perturbed castings are chosen again, which costs their states once more and forgets the
     objective's curvature."""

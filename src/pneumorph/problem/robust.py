@@ -61,9 +61,9 @@ class Percentage:
 class RobustSpec(Table):
     """Standard deviations of what a workshop cannot repeat, each of a cause that varies by itself.
 
-    Castings are solved that are off by `deviations` standard deviations in the direction that matters most. A task with
-    a target then has the objective of the mean error squared and the spread squared; one without is about the worse
-    casting.
+    Castings that are perturbed by `deviations` standard deviations in the direction that matters most are solved. A
+    task with a target then has the objective of the mean error squared and the spread squared; one without is about the
+    worse casting.
     """
 
     rubber: Annotated[float, Percentage(LARGEST)] = 0.1
@@ -77,7 +77,7 @@ class RobustSpec(Table):
     tilt: Annotated[float, Quantity(units.ANGLE, "not negative")] = radians(0.2)
     """Of the angle of every core about x and y."""
     deviations: Annotated[Number, Field(gt=0, le=MOST_DEVIATIONS)] = 1.0
-    """How many standard deviations castings are off: the weight of the spread."""
+    """By how many standard deviations castings are perturbed: the weight of the spread."""
 
     @model_validator(mode="after")
     def _varies(self) -> RobustSpec:

@@ -110,7 +110,7 @@ class HistoryEntry:
     reinforcements : {name: {"stiffness": N/mm, "coverage": 1, "winding": rad}}
         What is designed of sheets and fibres; of others nothing.
     castings : {name: TaskResult}
-        Where designs are robust, of the castings that are off with which they were compared, by task and number.
+        Where designs are robust, of the perturbed castings with which they were compared, by task and number.
     """
 
     iteration: int
