@@ -80,8 +80,8 @@ class Layout:
 
 
 def mm(value: float) -> str:
-    """A length as it is written in a file."""
-    return f"{value:.4g} mm"
+    """A length as it is written in a file: a tenth of a micrometre is nothing."""
+    return f"{round(value, 4) + 0.0:g} mm"
 
 
 def tube(target: Target, draws: Draws, rings: bool = True, least: float = 0.55) -> tuple[dict[str, Any], float]:
