@@ -5,7 +5,7 @@ from texts import problem_text
 from tiny import tiny
 
 from pneumorph import ProblemError
-from pneumorph.analysis import analyse, analyse_body, outgrown
+from pneumorph.analysis import analyse, analyse_body, is_estimated, outgrown, quick_errors
 from pneumorph.analysis.sized import AIM, ENOUGH, Sized, chosen, next_size, relative_error, sized
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import prepare_run
@@ -84,8 +84,11 @@ def test_a_design_that_has_outgrown_its_mesh_gets_smaller_elements():
     phi = setup.space.start
     disc = setup.discretise(setup.space.body(phi), 0.0)
     analysis = analyse(problem, setup.space, disc, phi)
-    assert outgrown(problem, 0, disc, analysis) is None and outgrown(problem, 4, disc, analysis) is None
-    size = outgrown(problem, 5, disc, analysis)
+    assert [is_estimated(problem, number) for number in (0, 4, 5)] == [True, False, True]
+    assert not is_estimated(problem.with_changes({"mesh.error": False}), 5)
+    errors = quick_errors(problem, disc, analysis)
+    assert outgrown(problem, disc, {}) is None
+    size = outgrown(problem, disc, errors)
     assert 0.4 * disc.morph.size <= size < disc.morph.size
     now = AnalysedDesign(analysis, disc, setup.certify(phi), judge(disc, analysis, {}))
     events = list(follow := Kept(analyse_trial(setup, 6, now, phi, clock, 4.8)))

@@ -20,7 +20,7 @@ from pneumorph.limits.table import in_history
 from pneumorph.optimize import DesignRejected, Remeshed
 from pneumorph.problem import loads
 from pneumorph.problem.models import Scaling
-from pneumorph.results import RunResult
+from pneumorph.results import FineResult, RunResult
 
 PROBLEM = loads(tiny().replace("[mesh]", '[limits]\nenvelope = { radius = "9 mm" }\n[mesh]'))
 KEPT = {
@@ -68,6 +68,15 @@ def test_rows_beyond_a_limit_are_marked_without_colour():
     narrow = columns_of(PROBLEM, 40, False)
     assert "wall 1.85 mm!" in row(PROBLEM, narrow, entry(7, limits=BROKEN)).plain
     assert "–!" in row(PROBLEM, columns, entry(7, limits=KEPT | {"skew": None})).plain
+
+
+@pytest.mark.parametrize(("fine", "shown"), [(0.107, "±7.0 %"), (0.3, "> 100 %")])
+def test_the_error_of_the_mesh_is_shown_of_designs_of_which_it_is_known(fine, shown):
+    columns = columns_of(PROBLEM, 140, False)
+    assert [column.title for column in columns][-1] == "mesh"
+    finer = {"extend": FineResult(-fine, {}, (0.0, 0.0, fine), (0.0, 0.0, 0.0), {})}
+    known, unknown = (row(PROBLEM, columns, entry(7, limits=KEPT, finer=each)).plain for each in (finer, {}))
+    assert known.endswith(f" {shown}") and not unknown.strip().endswith("%") and len(known) == len(unknown)
 
 
 def test_motions_that_are_limited_have_their_units():

@@ -21,6 +21,7 @@ from pneumorph.output.pressures import pressures_figure
 from pneumorph.output.shape import shape_figure
 from pneumorph.output.tube.profile import profile_figure, radius_along_z
 from pneumorph.problem import loads
+from pneumorph.results import FineResult
 
 CURVE = """{ kind = "match_curve", degree = 2, sections = 4, control_points = [
 ["0 mm", "0 mm", "0 mm"], ["0 mm", "0 mm", "12 mm"], ["9 mm", "0 mm", "20 mm"]] }"""
@@ -176,6 +177,16 @@ def test_a_motion_with_a_target_is_shown_beside_it():
     assert low < -60.0 and high > 0.0
     assert "target" in [text.get_text() for text in axes.get_legend().get_texts()]
     assert_nothing_is_cut_off(figure)
+
+
+def test_values_on_fine_meshes_are_beside_the_curve(problem):
+    finer = {"extend": FineResult(-9.0, {}, (0.0, 0.0, 9.0), (0.0, 0.0, 0.0), {})}
+    lines = [replace(line, finer=finer if line.iteration == 0 else {}) for line in story(5)]
+    axes = history_figure(problem, lines).axes[0]
+    (stroke,) = [line for line in axes.get_lines() if line.get_label() == "error of the mesh"]
+    np.testing.assert_allclose(stroke.get_xdata(), 0.0)
+    here = problem.task[0].objective.achieved(lines[0].tasks["extend"]).value
+    np.testing.assert_allclose(stroke.get_ydata(), [here, 9.0])
 
 
 def test_an_overshoot_is_told_and_does_not_flatten_the_limits(problem):

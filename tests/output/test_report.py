@@ -30,7 +30,7 @@ from pneumorph.output.report_data import facts_of
 from pneumorph.output.report_limits import MOST, packed_usage
 from pneumorph.output.report_shapes import packed_states
 from pneumorph.problem import load, loads
-from pneumorph.results import Fields, nodal_stretch, unpack_fields
+from pneumorph.results import Fields, FineResult, nodal_stretch, unpack_fields
 from pneumorph.run import StoredDesign, create, open_run
 
 ROOT = Path(__file__).parents[2]
@@ -103,6 +103,14 @@ def test_what_the_page_has_is_what_is_stored(run, fields):
     assert nearest.min(axis=1).max() < 1e-3
     np.testing.assert_allclose(moved, fields.u["extend"][fields.skin][nearest.argmin(axis=1)], atol=1e-4)
     assert arrays[f"stretch {last}"].max() == pytest.approx(fields.stretch["extend"][fields.skin].max(), abs=1e-3)
+
+
+def test_designs_whose_error_by_the_mesh_is_known_have_it_in_their_results(run):
+    start, *others = run.history()
+    finer = {"extend": FineResult(-1.5, {}, (0.0, 0.0, 1.5), (0.0, 0.0, 0.0), {})}
+    shown = [each["motions"]["extend"] for each in facts_of(run, [replace(start, finer=finer), *others])["history"]]
+    assert shown[0]["fine"] == pytest.approx(1.5) and "fine" not in shown[1]
+    assert shown[0]["text"] == f"1.00 ± {abs(1.5 - shown[0]['value']):.2g} mm (mesh)"
 
 
 def test_limits_are_shown_without_rounding_errors(run):

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from pneumorph import atomic
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import load
-from pneumorph.results import HistoryEntry, to_json
+from pneumorph.results import FineResult, HistoryEntry, to_json
 from pneumorph.run import StoredDesign, create, open_run, resume
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -65,6 +66,14 @@ def test_what_is_written_reads_back(tmp_path):
     np.testing.assert_array_equal(fields.u["extend"], one_element().u["extend"])
     assert fields.sag is None and set(fields.mesh.faces) == {"base"}
     assert run.fields(1) is None, "only the first and the last design keep theirs"
+
+
+def test_the_last_design_of_the_history_gets_its_estimates_at_the_end(tmp_path):
+    run, finer = run_of(tmp_path / "run", 3), {"extend": FineResult(-0.11, {}, (0.0, 0.0, 0.11), (0.0, 0.0, 0.0), {})}
+    before = run.history()
+    run.amend(finer)
+    assert run.history() == [*before[:2], replace(before[2], finer=finer)]
+    assert run.latest() == 2
 
 
 def test_a_body_comes_back_as_it_was_stored(tmp_path):

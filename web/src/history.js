@@ -39,8 +39,10 @@ function readingOf({ lines, unit, bound, bars }, design) {
   const values = lines.map((line) => line.values[design]);
   const shown = bars ? [values.reduce((sum, value) => sum + (value ?? 0), 0)] : values;
   const text = shown.slice(0, 3).map((value) => short(value)).join(" · ") + (shown.length > 3 ? " …" : "");
+  const fine = lines.length === 1 ? lines[0].fine?.[design] : undefined;
+  const error = Number.isFinite(fine) ? ` ± ${short(Math.abs(fine - values[0]))}` : "";
   const limit = bound ? ` (${bound.atLeast ? "≥" : "≤"} ${short(bound.value)})` : "";
-  return `${text}${unit ? ` ${unit}` : ""}${limit}`;
+  return `${text}${error}${unit ? ` ${unit}` : ""}${limit}`;
 }
 
 function plotsOf(facts) {
@@ -54,7 +56,10 @@ function plotsOf(facts) {
     plots.push({
       title: capital(words.length === 1 ? words[0] : "tasks"),
       unit: UNITS[unit] ?? unit,
-      lines: tasks.map((task, number) => line(task.name, number, (entry) => entry.motions[task.name].value)),
+      lines: tasks.map((task, number) => ({
+        ...line(task.name, number, (entry) => entry.motions[task.name].value),
+        fine: history.map((entry) => entry.motions[task.name].fine),
+      })),
     });
   }
   for (const { key, word, unit, bound, at_least: atLeast } of facts.limits) {

@@ -5,13 +5,13 @@ import { short, ticks } from "./numbers.js";
 const [WIDE, HIGH] = [320, 178];
 const [LEFT, RIGHT, TOP, BOTTOM] = [46, 10, 10, 26];
 
-// lines: [{ name, values, colour }], bound: { value, atLeast }, bars: stacked instead of lines, named: with a legend also for
+// lines: [{ name, values, colour, fine }], of which fine are values without the error of the mesh, where known; bound: { value, atLeast }, bars: stacked instead of lines, named: with a legend also for
 // one line; chosen(design) is called.
 export class Plot {
   constructor({ title, unit, designs, lines, bound, bars = false, fromZero = bars }, chosen) {
     Object.assign(this, { designs, lines, unit, bound });
     const totals = designs.map((_, i) => lines.reduce((sum, line) => sum + (line.values[i] ?? 0), 0));
-    const values = (bars ? totals : lines.flatMap((line) => line.values)).filter(Number.isFinite);
+    const values = (bars ? totals : lines.flatMap(({ values, fine = [] }) => [...values, ...fine])).filter(Number.isFinite);
     if (bound) values.push(bound.value);
     let [low, high] = [Math.min(...values), Math.max(...values)];
     if (fromZero) low = Math.min(low, 0);
@@ -70,12 +70,18 @@ export class Plot {
     this.svg.append(drawn("text", { x, y, "text-anchor": anchor }, words));
   }
 
-  #line({ values, colour }) {
+  #line({ values, colour, fine = [] }) {
     let path = "";
     values.forEach((value, place) => {
       if (Number.isFinite(value)) path += `${path ? "L" : "M"}${this.x(place).toFixed(1)} ${this.y(value).toFixed(1)}`;
     });
     this.svg.append(drawn("path", { d: path, class: "line", stroke: colour }));
+    fine.forEach((value, place) => {
+      if (!Number.isFinite(value)) return;
+      const [x, y] = [this.x(place), this.y(value)];
+      const stroke = `M${x.toFixed(1)} ${this.y(values[place]).toFixed(1)}V${y.toFixed(1)}M${(x - 3).toFixed(1)} ${y.toFixed(1)}h6`;
+      this.svg.append(drawn("path", { d: stroke, class: "line", stroke: colour }));
+    });
   }
 
   #stack(lines, low) {

@@ -1,6 +1,6 @@
 """Analysis of one design: mesh, equilibria of its tasks, gradient, and what is reported and stored of it."""
 
-from pneumorph.analysis.accuracy import fine_results
+from pneumorph.analysis.accuracy import MeshError, quick_errors
 from pneumorph.analysis.analyse import (
     Analysis,
     Discretisation,
@@ -26,7 +26,7 @@ from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_bod
 from pneumorph.analysis.limited import motion_rows, motion_sizes, sensitivities, sensitivity_rows
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
-from pneumorph.analysis.sized import outgrown
+from pneumorph.analysis.sized import is_estimated, outgrown, recorded_share
 from pneumorph.analysis.slopes import (
     Slopes,
     design_gradient,
@@ -45,6 +45,7 @@ __all__ = [
     "Explored",
     "Explorer",
     "GradientCheck",
+    "MeshError",
     "Simulation",
     "Slopes",
     "Stopped",
@@ -63,7 +64,7 @@ __all__ = [
     "design_slopes",
     "discretise",
     "expect_limit_points",
-    "fine_results",
+    "is_estimated",
     "lateral_slope_of",
     "lateral_stability",
     "lateral_stiffness",
@@ -77,6 +78,8 @@ __all__ = [
     "outgrown",
     "predict_states",
     "prepare_simulation",
+    "quick_errors",
+    "recorded_share",
     "run_gradient_check",
     "sensitivities",
     "sensitivity_rows",

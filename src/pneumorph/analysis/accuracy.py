@@ -17,6 +17,7 @@ import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
 from pneumorph.analysis.collect import vector
+from pneumorph.doing import doing
 from pneumorph.errors import Hopeless
 from pneumorph.mechanics import (
     Configuration,
@@ -37,7 +38,7 @@ from pneumorph.mesh import TetMesh
 from pneumorph.mesh.refine import Refined, refine
 from pneumorph.objective import Features, Objective
 from pneumorph.problem import Problem
-from pneumorph.results import FineResult
+from pneumorph.results import FineResult, TaskResult
 
 ORDER = 1.2
 """Order in the size of elements with which errors of motions are taken to fall. It is 4 for smooth solutions, but at
@@ -68,11 +69,13 @@ class MeshError:
 
     Attributes
     ----------
-    here, fine : FineResult
-        What is reported on the mesh, and what would be on infinitely fine meshes.
+    here : FineResult or TaskResult
+        What is reported on the mesh.
+    fine : FineResult
+        What would be on infinitely fine meshes.
     """
 
-    here: FineResult
+    here: FineResult | TaskResult
     fine: FineResult
 
     @property
@@ -204,17 +207,16 @@ def _corrected(at: Configuration, tangent: Tangent, state: State) -> State | Non
     return None
 
 
-def fine_results(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, FineResult]:
-    """Results of tasks without the error of the mesh, where they take little time.
+@doing("the error of the mesh")
+def quick_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, MeshError]:
+    """The error by the mesh in every task, see `mesh_errors`; of no task where the refined mesh is too large.
 
     Parameters
     ----------
     problem : of the design.
     disc, analysis : its mesh and its states.
     """
-    if 8 * disc.model.elements > MOST:
-        return {}
-    return {name: error.fine for name, error in mesh_errors(problem, disc, analysis).items()}
+    return mesh_errors(problem, disc, analysis) if 8 * disc.model.elements <= MOST else {}
 
 
 def on_refined(fine: Refined, at: Configuration, state: State) -> State:

@@ -7,7 +7,7 @@ error falls with the size. All elements have that size: surfaces are triangulate
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,7 @@ from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.mechanics import part_of
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
+from pneumorph.results import HistoryEntry
 
 ORDERS = (0.8, 4.0)
 """Between these, orders that follow from two meshes are believed: errors may change their sign between them."""
@@ -130,37 +131,45 @@ def next_size(found: Sequence[Sized], asked: float) -> float:
     return last.size * (AIM * asked / max(last.error, TINY)) ** (1.0 / order)
 
 
-def outgrown(problem: Problem, number: int, disc: Discretisation, analysis: Analysis) -> float | None:
-    """The size of elements, mm, that a design needs whose error has become too large for `mesh.error`, else None.
+def is_estimated(problem: Problem, number: int) -> bool:
+    """Whether the error of a design is estimated once it is accepted: it takes 20 to 50 equivalents."""
+    return number == 0 or (problem.mesh.error is not None and number % EVERY == 0)
 
-    It is looked for in every few designs only, since that takes a factorisation of the refined mesh.
+
+def outgrown(problem: Problem, disc: Discretisation, errors: Mapping[str, MeshError]) -> float | None:
+    """The size of elements, mm, that a design needs whose error has become too large for `mesh.error`, else None.
 
     Parameters
     ----------
     problem : of the run.
-    number : of the design.
-    disc, analysis : its mesh and its states.
+    disc : the mesh of the design.
+    errors : of its tasks, where they are estimated.
     """
-    asked, elements = problem.mesh.error, disc.model.elements
-    if asked is None or number == 0 or number % EVERY or 8 * elements > MOST:
-        return None
-    error = relative_error(problem, disc, analysis)
-    if error is None or error <= OUTGROWN * asked:
+    asked, error = problem.mesh.error, largest_share(problem, errors)
+    if asked is None or error is None or error <= OUTGROWN * asked:
         return None
     size = disc.morph.size
-    return max(next_size([Sized(size, error, elements)], asked), FACTORS[0] * size)
+    return max(next_size([Sized(size, error, disc.model.elements)], asked), FACTORS[0] * size)
 
 
 def relative_error(problem: Problem, disc: Discretisation, analysis: Analysis) -> float | None:
-    """The largest error of the mesh in the motions that tasks are about, relative to them; see
-    `motion_share`.
+    """The largest error of the mesh in the motions that tasks are about, see `largest_share`."""
+    return largest_share(problem, mesh_errors(problem, disc, analysis))
+
+
+def largest_share(problem: Problem, errors: Mapping[str, MeshError]) -> float | None:
+    """The largest error of the mesh in the motions that tasks are about, relative to them; see `motion_share`.
 
     None if that of a task is not known.
     """
-    errors = mesh_errors(problem, disc, analysis)
     if any(task.name not in errors for task in problem.task):
         return None
     return max(motion_share(task, errors[task.name]) for task in problem.task)
+
+
+def recorded_share(problem: Problem, entry: HistoryEntry) -> float | None:
+    """The same of a design in a history; None if it has no estimates of all tasks."""
+    return largest_share(problem, {name: MeshError(entry.tasks[name], fine) for name, fine in entry.finer.items()})
 
 
 def motion_share(task: Task, error: MeshError) -> float:

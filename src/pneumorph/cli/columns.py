@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from rich.text import Text
 
+from pneumorph.analysis import recorded_share
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, Task
@@ -38,6 +39,7 @@ def columns_of(problem: Problem, width: int, verbose: bool) -> list[Column]:
     rest = [
         Column("s", 6, lambda entry: Text(f"{entry.seconds['total']:.1f}")),
         Column("elements", 8, lambda entry: Text(str(entry.elements))),
+        Column("mesh", 7, lambda entry: _error(recorded_share(problem, entry))),
     ]
     if verbose:
         rest += [
@@ -119,6 +121,13 @@ def _most_used(problem: Problem, entry: HistoryEntry) -> Text:
     limit, value, bound = max(_values(problem, entry), key=used)
     shown = _shown(limit, value, bound, limit.suffix)
     return Text(f"{limit.word} {shown.plain}", style=shown.style)
+
+
+def _error(share: float | None) -> Text:
+    """The error of the mesh, relative to the motions; nothing where it is not estimated."""
+    if share is None:
+        return Text("")
+    return Text(f"±{100 * share:.1f} %" if share < 1.0 else "> 100 %")
 
 
 def _or_none(value: float | None, format: str) -> Text:

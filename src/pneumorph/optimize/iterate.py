@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, Slopes, checkpoint, design_slopes
+from pneumorph.analysis import (
+    Analysis,
+    Discretisation,
+    MeshError,
+    Slopes,
+    checkpoint,
+    design_slopes,
+    is_estimated,
+    quick_errors,
+)
 from pneumorph.limits.report import LimitReport
 from pneumorph.optimize.buckling import LateralStability, judge_closely
 from pneumorph.optimize.clock import Clock
@@ -100,6 +109,8 @@ class Iterate:
         The limits on its states, linearised.
     optimality : float
         The part of the objective's gradient that the limits do not balance.
+    errors : {task: MeshError}
+        By the mesh, where they are estimated.
     """
 
     number: int
@@ -108,6 +119,7 @@ class Iterate:
     slopes: Slopes
     states: StateLimits
     optimality: float
+    errors: Mapping[str, MeshError] = field(default_factory=dict)
 
     @property
     def analysis(self) -> Analysis:
@@ -177,6 +189,13 @@ def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, 
     # Designs are compared by their objective from the first one on that satisfies the limits on states.
     objectives = () if states.violated else (*learnt.objectives, design.analysis.value)
     return Iterate(number, design, replace(learnt, objectives=objectives), slopes, states, optimality)
+
+
+def with_errors(setup: Setup, current: Iterate) -> Iterate:
+    """The iterate with the errors by its mesh, if it is one of those of which they are estimated."""
+    if not is_estimated(setup.problem, current.number):
+        return current
+    return replace(current, errors=quick_errors(setup.problem, current.disc, current.analysis))
 
 
 def with_lateral_stiffness(setup: Setup, current: Iterate, clock: Clock) -> Iterate:

@@ -17,10 +17,10 @@ from pneumorph.analysis import (
     collect_fields,
     compute_inflation,
     compute_sag,
-    fine_results,
     motion_rates,
     near_margins,
     outgrown,
+    quick_errors,
 )
 from pneumorph.doing import doing
 from pneumorph.limits.kinds.states import MARGIN
@@ -28,7 +28,7 @@ from pneumorph.optimize.acceptance import ACCEPTANCE_TESTS, PROPOSAL_TESTS, Atte
 from pneumorph.optimize.castings import renewed
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
-from pneumorph.optimize.iterate import Iterate, evaluate
+from pneumorph.optimize.iterate import Iterate, evaluate, with_errors
 from pneumorph.optimize.proposal import propose
 from pneumorph.optimize.radius import begin, next_radius
 from pneumorph.optimize.record import StepRecord, accepted
@@ -83,10 +83,10 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
     """One iteration: steps are tried in smaller and smaller trust regions until one is accepted; the next iterate."""
     settings, clock, factorisations = setup.settings, Clock(), 0
     made = current.disc.factorisations
+    size = outgrown(setup.problem, current.disc, current.errors) if current.number else None
     current = renewed(setup, current, clock)
     factorisations += current.disc.factorisations - made
     region = begin(settings.radius, current.learnt.radius)
-    size = outgrown(setup.problem, current.number, current.disc, current.analysis)
     current = current.learning(
         curvature=current.learnt.curvature.with_design(current.analysis.phi, current.slopes.rest)
     )
@@ -130,7 +130,7 @@ def _accept(tried: Tried) -> Iterate:
         radius=next_radius(setup.settings.radius, tried.region, tried.ratio, proposal.kept, long),
         state_curvature=current.states.curvature(tried.trial.state_excess, proposal.change),
     )
-    return evaluate(setup, current.number + 1, tried.design, learnt, tried.clock)
+    return with_errors(setup, evaluate(setup, current.number + 1, tried.design, learnt, tried.clock))
 
 
 def _started(setup: Setup, current: Iterate) -> Started:
@@ -156,8 +156,8 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
         )
         fields = collect_fields(last.disc, last.analysis, sag, inflation)
         rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
-        with doing("the error of the mesh"):
-            mesh = fine_results(setup.problem, last.disc, last.analysis)
+        errors = last.errors or quick_errors(setup.problem, last.disc, last.analysis)
+        mesh = {name: error.fine for name, error in errors.items()}
         near, unknown = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
     held = last.feasible and not last.states.unknown
     return Finished(last.number, why, held, is_stable, rates, near, unknown, mesh, fields)

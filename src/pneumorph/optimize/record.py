@@ -76,4 +76,5 @@ def history_entry(current: Iterate, record: StepRecord, clock: Clock) -> History
         evaluations=record.evaluations,
         reinforcements=analysis.reinforcements,
         castings=collect_castings(disc, analysis),
+        finer={name: error.fine for name, error in current.errors.items()},
     )

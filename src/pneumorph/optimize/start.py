@@ -16,7 +16,7 @@ from pneumorph.optimize.buckling import judge, unpack_at_rest
 from pneumorph.optimize.castings import begun_robust
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import BegunBeyond, BegunLower, BroughtWithin, Event
-from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate, unpack_learnt
+from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate, unpack_learnt, with_errors
 from pneumorph.optimize.model import no_curvature
 from pneumorph.optimize.prospects import shortfalls, words
 from pneumorph.optimize.setup import Setup
@@ -64,6 +64,7 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
         lateral = judge(disc, analysis, {})
     learnt = Learnt(setup.stepper, no_curvature(space.n), 1.0, ())
     begun = evaluate(setup, 0, AnalysedDesign(analysis, disc, feasible.report, lateral), learnt, clock)
+    begun = with_errors(setup, begun)
     if found := shortfalls(setup, disc, analysis, begun.states):
         yield BegunBeyond(tuple(words(setup, each) for each in found))
     return begun
@@ -152,4 +153,4 @@ def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
     disc, analysis = checkpoint.unpack(setup.problem, setup.space, dict(state), setup.mesher.heights)
     lateral = judge(disc, analysis, unpack_at_rest(disc, state))
     design = AnalysedDesign(analysis, disc, setup.certify(analysis.phi), lateral)
-    return evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock())
+    return with_errors(setup, evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock()))

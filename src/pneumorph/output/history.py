@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from pneumorph.limits.table import in_history
@@ -24,6 +25,9 @@ PHASES = {
 UNITS = {"mm": "mm", "°": "degrees", "N": "N", "mm²": "mm²", "": "objective"}
 OVER = 1.15
 """Where the diagram of the limits ends; larger values are written as numbers."""
+
+TO_FINE = {"marker": "_", "markersize": 5.0, "linewidth": 0.9, "zorder": 3.0}
+"""Strokes to the values on infinitely fine meshes."""
 
 History = Sequence[HistoryEntry]
 
@@ -47,8 +51,12 @@ def _designs(history: History) -> np.ndarray:
 
 
 def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
-    """Draw one curve per task, with an axis for each unit, the first on the left."""
+    """Draw one curve per task, with an axis for each unit, the first on the left.
+
+    Where they are known, values on infinitely fine meshes are the other ends of strokes from the curves.
+    """
     shown = {task.name: [task.objective.achieved(entry.tasks[task.name]) for entry in history] for task in problem.task}
+    tasks, errors = {task.name: task for task in problem.task}, list[Line2D]()
     units = list(dict.fromkeys(motions[0].unit for motions in shown.values()))
     scales: dict[str, Axes] = {}
     for number, unit in enumerate(units):
@@ -67,6 +75,10 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
         style = line_style(number, len(shown))
         at = every(number, len(shown), len(history))
         handles += scales[unit].plot(_designs(history), values, label=label, markevery=at, **style)
+        known = [(entry, entry.finer[name]) for entry in history if name in entry.finer]
+        for entry, finer in known:
+            ends = [tasks[name].objective.achieved(each).value for each in (entry.tasks[name], finer)]
+            errors = scales[unit].plot([entry.iteration] * 2, ends, color=style["color"], **TO_FINE)
         if motions[-1].target is not None:
             # Of the colour of its curve; the first says what such lines are.
             dotted = {"color": style["color"], "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
@@ -80,6 +92,9 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
         marks = {"marker": "|", "color": "#777777", "markersize": 6, "linestyle": "", "clip_on": False}
         at_the_bottom = axes.get_xaxis_transform()
         handles += axes.plot(remeshed, [0.0] * len(remeshed), label="remeshed", transform=at_the_bottom, **marks)
+    if errors:
+        errors[0].set_label("error of the mesh")
+        handles += errors
     if targets:
         targets[0].set_label("target")
         handles.append(targets[0])

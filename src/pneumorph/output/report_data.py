@@ -61,8 +61,9 @@ def facts_of(run: RunDirectory, history: list[HistoryEntry]) -> dict[str, Any]:
             for limit, key, bound in in_history(problem)
         ],
         "history": [
-            *(_entry(problem, entry, {}) for entry in history[:-1]),
-            _entry(problem, history[-1], {} if result is None else result.finer),
+            *(_entry(problem, entry, entry.finer) for entry in history[:-1]),
+            # Histories of earlier versions have no estimates.
+            _entry(problem, history[-1], history[-1].finer if result is None else result.finer),
         ],
         "result": None if result is None else to_json(result) | {"spent": format_duration(result.seconds["total"])},
         "warnings": [
@@ -84,13 +85,13 @@ def _entry(problem: Problem, entry: HistoryEntry, finer: Mapping[str, FineResult
     """A line of the history, and the results of its tasks in the units that users expect."""
     motions = {task.name: task.objective.achieved(entry.tasks[task.name]) for task in problem.task}
     texts = {name: motion.beside_target for name, motion in motions.items()}
-    for task in problem.task:
-        if task.name in finer:
-            texts[task.name] = motions[task.name].with_error(task.objective.achieved(finer[task.name]))
+    fine = {task.name: task.objective.achieved(finer[task.name]) for task in problem.task if task.name in finer}
+    texts |= {name: motions[name].with_error(each) for name, each in fine.items()}
     return to_json(entry) | {
         "limits": {key: None if value is None else without_rounding(value) for key, value in entry.limits.items()},
         "motions": {
             name: {"value": motion.value, "unit": motion.unit, "word": motion.word, "found": str(motion)}
+            | ({"fine": fine[name].value} if name in fine else {})
             | {"text": texts[name], "at": format_pressures(entry.tasks[name].pressures)}
             for name, motion in motions.items()
         },

@@ -79,6 +79,30 @@ class TaskResult:
 
 
 @dataclass(frozen=True)
+class FineResult:
+    """What the result of a task would be on infinitely fine meshes, as estimated on a refined one.
+
+    Attributes
+    ----------
+    objective, errors, translation, rotation, volumes, contact, contact_normal, contact_area
+        As in `TaskResult`.
+    searched : bool
+        Whether the state on the refined mesh had to be searched for, since it is not near enough for a correction of
+        first order.
+    """
+
+    objective: float
+    errors: Mapping[str, float]
+    translation: Vector = field(metadata={"key": "translation_mm"})
+    rotation: Vector = field(metadata={"key": "rotation_rad"})
+    volumes: Mapping[str, float] = field(metadata={"key": "volume_mm3"})
+    contact: Mapping[str, Vector] = field(metadata={"key": "contact_N"}, default_factory=dict)
+    contact_normal: Mapping[str, float] = field(metadata={"key": "contact_normal_N"}, default_factory=dict)
+    contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
+    searched: bool = False
+
+
+@dataclass(frozen=True)
 class HistoryEntry:
     """An accepted design: one line of ``history.jsonl``.
 
@@ -111,6 +135,9 @@ class HistoryEntry:
         What is designed of sheets and fibres; of others nothing.
     castings : {name: TaskResult}
         Where designs are robust, of the perturbed castings with which they were compared, by task and number.
+    finer : {task: FineResult}
+        Estimates of results without the error of the mesh, of the designs of which they are made: the start, the last
+        design of a run that has ended, and those that are looked at for `mesh.error`.
     """
 
     iteration: int
@@ -131,6 +158,7 @@ class HistoryEntry:
     optimality: float | None = None
     reinforcements: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     castings: Mapping[str, TaskResult] = field(metadata={"of": TaskResult}, default_factory=dict)
+    finer: Mapping[str, FineResult] = field(metadata={"key": "on_fine_mesh", "of": FineResult}, default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -201,30 +229,6 @@ class Scatter:
     def deviations(self) -> np.ndarray:
         """Standard deviations (6,) of the motions, mm and rad."""
         return np.sqrt(self.variances.sum(axis=0))
-
-
-@dataclass(frozen=True)
-class FineResult:
-    """What the result of a task would be on infinitely fine meshes, as estimated on a refined one.
-
-    Attributes
-    ----------
-    objective, errors, translation, rotation, volumes, contact, contact_normal, contact_area
-        As in `TaskResult`.
-    searched : bool
-        Whether the state on the refined mesh had to be searched for, since it is not near enough for a correction of
-        first order.
-    """
-
-    objective: float
-    errors: Mapping[str, float]
-    translation: Vector = field(metadata={"key": "translation_mm"})
-    rotation: Vector = field(metadata={"key": "rotation_rad"})
-    volumes: Mapping[str, float] = field(metadata={"key": "volume_mm3"})
-    contact: Mapping[str, Vector] = field(metadata={"key": "contact_N"}, default_factory=dict)
-    contact_normal: Mapping[str, float] = field(metadata={"key": "contact_normal_N"}, default_factory=dict)
-    contact_area: Mapping[str, float] = field(metadata={"key": "contact_area_mm2"}, default_factory=dict)
-    searched: bool = False
 
 
 @dataclass(frozen=True)

@@ -79,6 +79,7 @@ def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
                 run.record(event.entry, StoredDesign.of(event.body, event.pressures), event.fields, event.state)
             if isinstance(event, Finished):
                 run.write_fields(event.iteration, event.fields)
+                run.amend(event.finer)
             show(event)
             if isinstance(event, Finished):
                 outcome = Outcome(

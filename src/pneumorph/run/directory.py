@@ -11,7 +11,7 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -26,7 +26,7 @@ from pneumorph.geometry.starting import body_of
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep
 from pneumorph.problem.designed import designed
-from pneumorph.results import Fields, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
+from pneumorph.results import Fields, FineResult, HistoryEntry, RunResult, checkpoint, from_json, to_json, unpack_fields
 from pneumorph.run.reading import complete_lines, read_arrays, read_json, reporting_damage
 from pneumorph.run.stored import StoredDesign, unpack_design
 
@@ -72,6 +72,15 @@ class RunDirectory:
             atomic.append_line(self.path / "history.jsonl", json.dumps(to_json(entry), allow_nan=False))
             atomic.write_arrays(self.path / "checkpoint.npz", _checkpoint_arrays(iteration, state))
             self._keep_fields_of((0, iteration))
+
+    def amend(self, finer: Mapping[str, FineResult]) -> None:
+        """Store estimates without the error of the mesh in the last line of the history, once a run has ended."""
+        *before, last = self.history()
+        if finer == last.finer:
+            return
+        lines = [*self._lines()[: len(before)], json.dumps(to_json(replace(last, finer=finer)), allow_nan=False)]
+        with self._writing():
+            atomic.write_bytes(self.path / "history.jsonl", "".join(f"{line}\n" for line in lines).encode())
 
     def write_fields(self, iteration: int, fields: Fields) -> None:
         """Store the fields of a design."""
