@@ -49,7 +49,7 @@ ROOMS = {
     "geometry": ["bspline", "regions", "surface", "body", "design_space", "__init__", "tube", "lattice", "starting"],
     "mechanics": ["material", "elements", "contact", "assembly", "solve", "setup", "__init__"],
     "limits": [
-        *("__init__", "limit", "certify", "rows", "kinds", "tube", "lattice"),
+        *("__init__", "limit", "certify", "rows", "kinds", "tube", "lattice", "obstacles"),
         *("table", "report", "linearised", "shares", "of_shape"),
     ],
 }

@@ -9,12 +9,12 @@ import pytest
 from solids import box, cylinder, problem, written
 
 from pneumorph.cad.read import read_faces
+from pneumorph.cad.space import TOUCHING, Space
 from pneumorph.cad.stl import Surface, pack
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.limits.lattice.bending import Bendings, bendings
 from pneumorph.limits.lattice.sampled import SampledLattices
-from pneumorph.limits.lattice.space import TOUCHING, Space
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.table import ROWS
 from pneumorph.optimize.smoothing import build_smoothing

@@ -44,6 +44,21 @@ class HalfSpace:
 
 
 @dataclass(frozen=True)
+class Ball:
+    """All points within a radius in mm of a centre."""
+
+    radius: float
+    centre: Vector
+
+    def beyond(self, x: Any) -> Any:
+        return _length(x - np.array(self.centre)) - self.radius
+
+    def outward(self, x: Any) -> Any:
+        away = x - np.array(self.centre)
+        return away / _length(away)[..., None]
+
+
+@dataclass(frozen=True)
 class Cylinder:
     """All points within a radius in mm of the line through `centre` along the unit vector `axis`."""
 
@@ -52,19 +67,15 @@ class Cylinder:
     axis: Vector = (0.0, 0.0, 1.0)
 
     def beyond(self, x: Any) -> Any:
-        across = self._across(x)
-        return self._length(across) - self.radius
+        return _length(self._across(x)) - self.radius
 
     def outward(self, x: Any) -> Any:
         across = self._across(x)
-        return across / self._length(across)[..., None]
+        return across / _length(across)[..., None]
 
     def _across(self, x: Any) -> Any:
         axis, away = np.array(self.axis), x - np.array(self.centre)
         return away - (away @ axis)[..., None] * axis
-
-    def _length(self, across: Any) -> Any:
-        return ((across * across).sum(axis=-1) + _ON_AXIS) ** 0.5
 
 
 @dataclass(frozen=True)
@@ -79,6 +90,41 @@ class Intersection:
     def outward(self, x: Any) -> Any:
         farthest = np.argmax([region.beyond(x) for region in self.regions], axis=0)
         return np.choose(farthest[..., None], [region.outward(x) for region in self.regions])
+
+
+@dataclass(frozen=True)
+class Outside:
+    """What is outside of a convex region, so not convex itself."""
+
+    region: Region
+
+    def beyond(self, x: Any) -> Any:
+        return -self.region.beyond(x)
+
+    def outward(self, x: Any) -> Any:
+        return -self.region.outward(x)
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """The points that an orthogonal matrix (3, 3) about a point `middle` (3,) maps into a region."""
+
+    region: Region
+    matrix: Any
+    middle: Any
+
+    def beyond(self, x: Any) -> Any:
+        return self.region.beyond(self._mapped(x))
+
+    def outward(self, x: Any) -> Any:
+        return self.region.outward(self._mapped(x)) @ self.matrix
+
+    def _mapped(self, x: Any) -> Any:
+        return self.middle + (x - self.middle) @ self.matrix.T
+
+
+def _length(vectors: Any) -> Any:
+    return ((vectors * vectors).sum(axis=-1) + _ON_AXIS) ** 0.5
 
 
 def box(low: Vector, high: Vector) -> Intersection:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface, deviations_of
 from pneumorph.geometry.lattice.pieces import patches_of
 from pneumorph.geometry.regions import box
+from pneumorph.geometry.starting import body_of
 from pneumorph.geometry.tube.surface import between_ends
 from pneumorph.limits.certify.enclosed import EnclosedBody
 from pneumorph.limits.certify.places import Places, Points
@@ -22,6 +23,7 @@ from pneumorph.limits.lattice.neighbours import linked
 from pneumorph.limits.lattice.rims import rims_of
 from pneumorph.limits.lattice.sampled import SampledLattices
 from pneumorph.limits.linearised import Rows, linearised
+from pneumorph.limits.obstacles import obstacles_of
 from pneumorph.limits.report import LimitReport, certify
 from pneumorph.limits.rows.sampled import SampledBody
 from pneumorph.limits.shares import Usage, usage
@@ -133,8 +135,16 @@ def lattice_limits(
 def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
     if problem.solid is not None:
-        return lattice_limits(body, problem.limits, problem.body.length, deviations_of(problem))
-    return tube_limits(body, problem.limits, operations(problem.body.symmetry))
+        group = []
+        limits = lattice_limits(body, problem.limits, problem.body.length, deviations_of(problem))
+    else:
+        group = operations(problem.body.symmetry)
+        limits = tube_limits(body, problem.limits, group)
+    if not problem.obstacle:
+        return limits
+    start = limits.sampled(body_of(problem))
+    samples = [start.positions(number) for number in range(len(start.body.surfaces))]
+    return replace(limits, kinds=(*limits.kinds, obstacles_of(problem, samples, group)))
 
 
 def build_limit_functions(

@@ -14,6 +14,7 @@ from pneumorph.limits.lattice.scaling import Scalings
 from pneumorph.limits.lattice.space import Spaces
 from pneumorph.limits.lattice.volume import Volumes
 from pneumorph.limits.limit import Limit
+from pneumorph.limits.obstacles import OBSTACLES, Obstacles
 from pneumorph.limits.tube.rim import Rims
 from pneumorph.limits.tube.shape import Shapes
 
@@ -42,7 +43,10 @@ LATTICE_KINDS: tuple[Kind[Any, Any, Any], ...] = (
 )
 """The same of a body from a file. Its exterior contains base and tip, so walls there need no limit of their own."""
 
-OF_SHAPE = tuple(dict.fromkeys(limit for kind in (*TUBE_KINDS, *LATTICE_KINDS) for limit in kind.limits))
+OF_SHAPE = tuple(
+    dict.fromkeys(limit for kind in (*TUBE_KINDS, *LATTICE_KINDS, Obstacles()) for limit in kind.limits)
+)
+"""Those on obstacles are of problems that have some, see `limits_of`."""
 
 BY_NAME = {limit.name: limit for limit in (*OF_SHAPE, *OF_STATES)}
 
@@ -53,7 +57,9 @@ ROWS = tuple(limit.name for limit in sorted(OF_SHAPE, key=lambda limit: limit no
 def in_history(problem: Problem) -> list[tuple[Limit, str, float]]:
     """The limits of a problem that its history contains, in the order they are shown: limit, key and bound."""
     kinds = TUBE_KINDS if problem.limits.scaling is None else LATTICE_KINDS
-    of_shape = [(limit, limit.read(problem.limits)) for kind in kinds for limit in kind.limits]
+    beside = (OBSTACLES,) if problem.obstacle else ()
+    limits = (*(limit for kind in kinds for limit in kind.limits), *beside)
+    of_shape = [(limit, limit.read(problem.limits)) for limit in limits]
     of_states = [(limit, bound) for each in OF_STATES for limit, bound, _ in of_tasks(each, problem)]
     known = [(limit, limit.key, bound) for limit, bound in (*of_shape, *of_states)]
     return [(limit, key, bound) for limit, key, bound in known if key is not None and bound is not None]

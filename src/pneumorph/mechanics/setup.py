@@ -155,9 +155,6 @@ def reinforcement_of(spec: ReinforcementSpec, shear_modulus: float, size: float)
 Moves = Mapping[str, Sequence[float]]
 NO_MOVES: Moves = MappingProxyType({})
 
-ACTIVATION = 1 / 20
-"""The default of `contact.distance`, as a fraction of mesh.size."""
-
 GUARD = 1 / 4
 """Part of the activation distance in which flat faces are kept from a body that reaches in between their nodes."""
 
@@ -173,8 +170,7 @@ def contact_of(problem: Problem, mesh: TetMesh, rubber: Rubber) -> Contact | Non
     if problem.contact is None and not problem.obstacle:
         return None
     own = problem.contact is not None and problem.contact.self
-    given = problem.contact and problem.contact.distance
-    activation, stiffness = given or ACTIVATION * problem.mesh.size, rubber.shear_modulus
+    activation, stiffness = problem.contact_distance, rubber.shear_modulus
     surface, guard = surface_of(mesh), GUARD * activation
     obstacles = {spec.name: obstacle_of(spec, surface, activation, stiffness) for spec in problem.obstacle}
     around = {name: obstacle.around(guard) for name, obstacle in obstacles.items()}

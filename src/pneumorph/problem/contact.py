@@ -29,6 +29,10 @@ from pneumorph.problem.triangles import with_triangles
 
 Angle = Annotated[float, Quantity(units.ANGLE)]
 Place = tuple[Length, Length, Length]
+
+ACTIVATION = 1 / 20
+"""The default of `contact.distance`, as a fraction of mesh.size."""
+
 PoseMotion = Literal["x", "y", "z", "turn_x", "turn_y", "turn_z"]
 
 

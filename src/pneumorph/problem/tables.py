@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag
 
 from pneumorph.problem.body import BodySpec
-from pneumorph.problem.contact import ContactSpec, ObstacleSpec
+from pneumorph.problem.contact import ACTIVATION, ContactSpec, ObstacleSpec
 from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.material import Material
@@ -80,6 +80,12 @@ class Tables(Table):
         """The table of a body of tubes, for what knows these alone."""
         assert isinstance(self.body, BodySpec), "bodies from files do not come here"
         return self.body
+
+    @property
+    def contact_distance(self) -> float:
+        """The distance below which contact forces act, mm."""
+        given = None if self.contact is None else self.contact.distance
+        return given or ACTIVATION * self.mesh.size
 
     @property
     def solid(self) -> SolidSpec | None:

@@ -23,6 +23,7 @@ from pneumorph import atomic
 from pneumorph.errors import NotWritten, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of
+from pneumorph.limits.obstacles import OBSTACLES
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, codes_of, keep
 from pneumorph.problem.designed import designed
@@ -183,7 +184,8 @@ class RunDirectory:
 
     @cached_property
     def _limits(self) -> set[str]:
-        return {key for _, key, _ in in_history(self.problem)}
+        # Runs of versions without a limit on obstacles stay readable.
+        return {key for limit, key, _ in in_history(self.problem) if limit is not OBSTACLES}
 
     @property
     def _tasks(self) -> list[str]:

@@ -137,6 +137,28 @@ class EnclosedBody(Protocol):
         """
         ...
 
+    def faceted(
+        self,
+        number: int,
+        bounds: Callable[[Floats, Floats], tuple[Floats, Floats]],
+        accuracy: Accuracy,
+        worst: float,
+    ) -> CellBounds:
+        """Bounds of any function of places on a surface that grows no faster than these move.
+
+        Parameters
+        ----------
+        number : int
+            Index of the surface.
+        bounds : function
+            Of flat triangles (n, 3, 3) and distances (n,) in mm up to which pieces of the surface are beside them, it
+            returns upper bounds (n,) on the pieces, and the values (n, 3) at their corners.
+        accuracy : Accuracy
+        worst : float
+            Worst value attained elsewhere.
+        """
+        ...
+
     def near(self, first: int, second: int) -> Gaps:
         """Near points of two surfaces, without lower bounds.
 

@@ -16,6 +16,7 @@ from pneumorph.limits.certify.places import Pairs, Points
 from pneumorph.limits.certify.tally import Tally
 from pneumorph.limits.kinds.kind import SmoothBody
 from pneumorph.limits.limit import Limit
+from pneumorph.limits.rows.regions import rows_beyond
 from pneumorph.limits.rows.sampled import Near, Placed, RowBlock, SampledBody, by_surface
 
 if TYPE_CHECKING:
@@ -120,20 +121,12 @@ class Inside:
 
     def _c(self, spec: Limits, between: Region, x: Any) -> Any:
         """c of points x (..., 3)."""
-        clearance = self.limit.bound(spec) if self.limit.at_least else 0.0
-        return (self.region(spec, between).beyond(x) + clearance) / self.limit.scale(spec)
+        return (self.region(spec, between).beyond(x) + self._clearance(spec)) / self.limit.scale(spec)
 
     def _rows(self, at: SampledBody, points: Placed) -> RowBlock:
-        numbers, weights = at.sums(points)
-        x = np.einsum("mk,mkc->mc", weights, at.body.control_points()[numbers])
-        slope = self.region(at.spec, at.between).outward(x) / self.limit.scale(at.spec)
-        # Coordinates along which the region has no boundary are left out.
-        some = np.flatnonzero(slope.any(axis=0))
-        wide = numbers.shape[1] * len(some)
-        return RowBlock(
-            np.zeros(len(x), dtype=np.int64),
-            points.cell,
-            self._c(at.spec, at.between, x),
-            (3 * numbers[..., None] + some).reshape(len(x), wide),
-            (weights[..., None] * slope[:, None, some]).reshape(len(x), wide),
-        )
+        region, limit = self.region(at.spec, at.between), self.limit
+        return rows_beyond(at, points, region, self._clearance(at.spec), limit.scale(at.spec))
+
+    def _clearance(self, spec: Limits) -> float:
+        """What must be kept from the region's boundary, mm."""
+        return self.limit.bound(spec) if self.limit.at_least else 0.0

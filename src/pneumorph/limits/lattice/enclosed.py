@@ -120,6 +120,28 @@ class EnclosedLattices:
 
         return self.bounded(number, bounds, accuracy, worst)
 
+    def faceted(
+        self,
+        number: int,
+        bounds: Callable[[Floats, Floats], tuple[Floats, Floats]],
+        accuracy: Accuracy,
+        worst: float,
+    ) -> CellBounds:
+        """See `EnclosedBody.faceted`; the faces of the file may be nearer by the margins.
+
+        Parameters
+        ----------
+        number, bounds, accuracy, worst
+            As for `EnclosedBody.faceted`.
+        """
+
+        def with_margins(pieces: Pieces) -> tuple[Floats, Floats]:
+            above, attained = bounds(pieces.x, pieces.error)
+            margin = self.margins[number][pieces.patch]
+            return above + margin, attained + margin[:, None]
+
+        return self.bounded(number, with_margins, accuracy, worst)
+
     def bounded(
         self,
         number: int,

@@ -15,7 +15,7 @@ from pneumorph.geometry.regions import Region
 from pneumorph.geometry.tube.surface import between_ends
 from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
 from pneumorph.limits.tube.certify.cells import KnotSpans, knot_spans
-from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
+from pneumorph.limits.tube.certify.hull_bounds import facet_bounds, hull_bounds
 from pneumorph.limits.tube.certify.patch_distances import Patches, gaps, nearest, patches, without_discs
 from pneumorph.limits.tube.points import positions_at
 
@@ -73,6 +73,22 @@ class EnclosedTubes:
         """
         spans = self.spans[number]
         return hull_bounds(spans.x, lambda net: value(np.moveaxis(net, 1, -1)), spans, accuracy, worst)
+
+    def faceted(
+        self,
+        number: int,
+        bounds: Callable[[Floats, Floats], tuple[Floats, Floats]],
+        accuracy: Accuracy,
+        worst: float,
+    ) -> CellBounds:
+        """See `EnclosedBody.faceted`.
+
+        Parameters
+        ----------
+        number, bounds, accuracy, worst
+            As for `EnclosedBody.faceted`.
+        """
+        return facet_bounds(bounds, self.spans[number], accuracy, worst)
 
     def near(self, first: int, second: int) -> Gaps:
         return nearest(*self._sides(first, second))

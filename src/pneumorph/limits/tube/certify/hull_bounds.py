@@ -75,3 +75,55 @@ def hull_bounds(
     start = (whole(count) if cells is None else cells).select(spans.own)
     upper, attained, place = refine(evaluate, start, [accuracy], [worst], count)
     return span_bounds(spans, upper[:, 0], attained[:, 0], place[:, 0])
+
+
+# Two triangles of the corners of a patch, each (v, u) as 2 v + u.
+_HALVES = np.array([[0, 1, 3], [0, 3, 2]])
+# Its sides along u and along v.
+_SIDES = np.array([[[0, 1], [2, 3]], [[0, 2], [1, 3]]])
+
+
+def facet_bounds(
+    read: Callable[[Floats, Floats], tuple[Floats, Floats]], spans: KnotSpans, accuracy: Accuracy, worst: float
+) -> CellBounds:
+    """Bounds of a function of places on knot spans, see `EnclosedBody.faceted`.
+
+    A patch is no farther from the bilinear one between its corners than their nets are, and that one no farther from
+    the triangles on both sides of a diagonal than a quarter of its twist.
+
+    Parameters
+    ----------
+    read : function
+        As `bounds` there.
+    spans : KnotSpans
+    accuracy : Accuracy
+    worst : float
+        Its worst value attained elsewhere.
+    """
+    along = np.linspace(0.0, 1.0, 4)
+    weights = np.column_stack([1.0 - along, along])
+
+    def evaluate(cells: Cells) -> Bounds:
+        net = _FROM_CENTRE @ recentred(spans.x[cells.span], cells) @ _FROM_CENTRE.T
+        corners = net[:, :, ::3, ::3]
+        bends = np.linalg.norm(net - weights @ corners @ weights.T, axis=1).max(axis=(1, 2))
+        twist = corners[..., 0, 0] - corners[..., 0, 1] - corners[..., 1, 0] + corners[..., 1, 1]
+        error = bends + 0.25 * np.linalg.norm(twist, axis=1)
+        x = np.moveaxis(corners.reshape(-1, 3, 4), 1, 2)
+        above, values = read(x[:, _HALVES].reshape(-1, 3, 3), np.repeat(error, 2))
+        attained = np.full((len(x), 4), -np.inf)
+        for half, value in zip(_HALVES, np.moveaxis(values.reshape(-1, 2, 3), 1, 0), strict=True):
+            attained[:, half] = value
+        best = np.argmax(attained, axis=1)
+        across = [np.linalg.norm(np.diff(x[:, pairs], axis=2)[:, :, 0], axis=2).max(axis=1) for pairs in _SIDES]
+        return Bounds(
+            upper=above.reshape(-1, 2).max(axis=1)[:, None],
+            attained=attained[np.arange(len(best)), best][:, None],
+            place=np.stack([best % 2, best // 2], axis=1)[:, None] * 2.0 - 1.0,
+            vary=np.stack(across, axis=1),
+        )
+
+    count = len(spans.x)
+    start = whole(count).select(spans.own)
+    upper, attained, place = refine(evaluate, start, [accuracy], [worst], count)
+    return span_bounds(spans, upper[:, 0], attained[:, 0], place[:, 0])
