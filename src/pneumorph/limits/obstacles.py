@@ -32,9 +32,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-OBSTACLES = Limit(
-    "obstacles", "reach into obstacles", "mm", False, 0.002, "obstacles_mm", lambda limits: 0.0, "wall"
-)
+OBSTACLES = Limit("obstacles", "reach into obstacles", "mm", False, 0.002, "obstacles_mm", lambda limits: 0.0, "wall")
 
 ROOM = 0.5
 """Part of the contact distance, or of the gap at the start."""
@@ -67,9 +65,10 @@ class Room:
         above = at_centres + radii + error
         some = np.flatnonzero((above > 0.0) & (at_centres < self.width))
         within = self.width + TOUCHING + error[some]
-        gap = within.copy()
-        i, j = close_pairs(x[some], obstacle.corners, within)
-        np.minimum.at(gap, i, distances(x[some], obstacle.corners, i, j, within[i])[0])
+        # Large enough to be sharper than what is known of a piece.
+        gap = within + radii[some]
+        i, j = close_pairs(x[some], obstacle.corners, gap)
+        np.minimum.at(gap, i, distances(x[some], obstacle.corners, i, j, gap[i])[0])
         above[some] = np.minimum(above[some], np.where(gap > 0.0, within - gap, np.inf))
         return above
 

@@ -43,9 +43,7 @@ LATTICE_KINDS: tuple[Kind[Any, Any, Any], ...] = (
 )
 """The same of a body from a file. Its exterior contains base and tip, so walls there need no limit of their own."""
 
-OF_SHAPE = tuple(
-    dict.fromkeys(limit for kind in (*TUBE_KINDS, *LATTICE_KINDS, Obstacles()) for limit in kind.limits)
-)
+OF_SHAPE = tuple(dict.fromkeys(limit for kind in (*TUBE_KINDS, *LATTICE_KINDS, Obstacles()) for limit in kind.limits))
 """Those on obstacles are of problems that have some, see `limits_of`."""
 
 BY_NAME = {limit.name: limit for limit in (*OF_SHAPE, *OF_STATES)}

@@ -16,9 +16,7 @@ class Outward(Protocol):
     def outward(self, x: Any) -> Any: ...
 
 
-def rows_beyond(
-    at: SampledBody, points: Placed, region: Outward, clearance: Floats | float, scale: float
-) -> RowBlock:
+def rows_beyond(at: SampledBody, points: Placed, region: Outward, clearance: Floats | float, scale: float) -> RowBlock:
     """Rows of how far points are beyond a region, and of the clearance that they must keep from its boundary.
 
     Parameters
