@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pneumorph.limits.report import LimitReading
     from pneumorph.problem import Problem, load
     from pneumorph.proposals import Plan, Proposal, Target
-    from pneumorph.results import HistoryEntry, RunResult, SweepStep, TaskResult
+    from pneumorph.results import HistoryEntry, RunResult, SweepStep, TaskResult, TipStiffness
 
 __version__ = "0.2.0"
 
@@ -49,6 +49,7 @@ __all__ = [
     "SweepStep",
     "Target",
     "TaskResult",
+    "TipStiffness",
     "bodies",
     "check_gradient",
     "design",
@@ -74,7 +75,7 @@ _MODULES = {
     "limits.report": ("LimitReading",),
     "problem": ("Problem", "load"),
     "proposals": ("Plan", "Proposal", "Target"),
-    "results": ("HistoryEntry", "RunResult", "SweepStep", "TaskResult"),
+    "results": ("HistoryEntry", "RunResult", "SweepStep", "TaskResult", "TipStiffness"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -179,3 +179,16 @@ def test_a_held_angle_is_told_by_the_command(run, tiny):
     assert refused.exit_code == 2 and "give each motion its own" in refused.stderr
     refused = run("simulate", tiny, "--block", "axial=3deg")
     assert refused.exit_code == 2 and "block axial=3deg" in refused.stderr
+
+
+def test_the_stiffness_of_the_tip(run, tiny, tmp_path):
+    path = tmp_path / "steps.json"
+    result = run("simulate", tiny, "--blocked-along", "z", "--json", path)
+    assert result.exit_code == 0
+    (step,) = json.loads(path.read_text())["steps"]
+    stiff = step["stiffness"]
+    assert np.array(stiff["compliance"]).shape == (6, 6) and stiff["energy_mJ"] > 0.0 and stiff["air_mm3"]["A"] > 0.0
+    assert f"blocked along (0, 0, 1): {stiff['blocked_N']:.3g} N" in result.stdout and stiff["blocked_N"] > 0.0
+    assert f"z {1 / stiff['compliance'][2][2]:.3g} N/mm" in result.stdout
+    result = run("simulate", tiny, "--blocked-along", "up")
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and "blocked-along" in result.stderr

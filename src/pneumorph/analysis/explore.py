@@ -161,6 +161,27 @@ class Explorer:
         answer = meshed.search(at, self._strides(meshed, pressures), lambda: False)
         return (settled(at, answer) if isinstance(answer, Equilibrium) else at), answer, meshed.tangent
 
+    def whole(self, like: Mapping[str, float]) -> Whole | None:
+        """The whole body, where `solved` with the same `like` solves part of it; else None.
+
+        Parameters
+        ----------
+        like : {chamber: MPa}
+        """
+        return self._meshed(dict(like)).whole
+
+    def intersects_itself(self, like: Mapping[str, float], x: np.ndarray) -> bool:
+        """Whether the surface of the body, with its nodes of the mesh in places x (N, 3) in mm, intersects itself.
+
+        Parameters
+        ----------
+        like : {chamber: MPa}
+            As for `solved`.
+        x : (N, 3) array
+            mm.
+        """
+        return self._meshed(dict(like)).skin.intersects_itself(x)
+
     def known_pressures(self) -> list[dict[str, float]]:
         """The pressures (MPa) of the tasks with stored results, at which equilibria are known from the beginning."""
         return [dict(result.pressures) for result in self._results.values()]

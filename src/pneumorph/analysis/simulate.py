@@ -14,6 +14,7 @@ from pneumorph.analysis.accuracy import beyond, extrapolated, refined_model
 from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.collect import by_region, poses_of, vector
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
+from pneumorph.analysis.stiffness import direction, stiffness_at
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -88,6 +89,8 @@ class Simulation:
     targets : {task: Objective}
         Objectives of the tasks with a target, from which the steps have their distance.
     friction : coefficient of friction on obstacles.
+    stiffness : whether the stiffness of the tip is found at every step.
+    along : a direction in which the tip is blocked then.
     """
 
     problem: Problem
@@ -97,6 +100,8 @@ class Simulation:
     paths: list[PressurePath]
     targets: Mapping[str, Objective] = field(default_factory=dict)
     friction: float = 0.0
+    stiffness: bool = False
+    along: Vector | None = None
 
     @property
     def count(self) -> int:
@@ -180,6 +185,10 @@ class Simulation:
                     own_skin = whole_skin if whole and at.model is whole.model else skin
                     step = step_of(tasks[0], pressures, at, answer, own_skin)
                     step = replace(step, moves=moves, turns=turns)
+                    if self.stiffness and isinstance(answer, Equilibrium):
+                        own_tangent = whole.tangent if whole and at.model is whole.model else tangent
+                        stiff = stiffness_at(settled(at, answer), own_tangent, answer, whole, self.along)
+                        step = replace(step, stiffness=stiff)
                     if number == len(configurations) and isinstance(answer, Equilibrium):
                         step = self._with_error(step, at, answer, whole)
                     for curve in new:
@@ -285,6 +294,8 @@ def prepare_simulation(
     moves: Mapping[str, Any] | None = None,
     friction: float | None = None,
     volumes: Mapping[str, Any] | None = None,
+    stiffness: bool = False,
+    along: str | None = None,
 ) -> Simulation:
     """Mesh a body, or a part of it where symmetry allows that, for sweeps.
 
@@ -300,6 +311,8 @@ def prepare_simulation(
         {"plate.turn_z": "30 deg" or "0:90:5 deg"}, their turns.
     friction : coefficient of friction on obstacles, by default that of the problem.
     volumes : {chamber: "12 ml" or "0:12:1 ml"}, liquid that is filled in, in place of a pressure.
+    stiffness : find the stiffness of the tip at every step.
+    along : a direction, "x", "-z" or "1,0,1", in which the tip is blocked at every step too, and its force found.
 
     Raises
     ------
@@ -330,9 +343,16 @@ def prepare_simulation(
             f"friction {coefficient:g}: is not possible with chambers that are sealed or filled to a volume; give "
             "pressures, or no friction"
         )
+    stiffness = stiffness or along is not None
+    if stiffness and coefficient:
+        raise ProblemError("stiffness: is not known with friction, which resists both ways; set the friction to 0")
+    towards = None if along is None else direction(along)
+    if along is not None and problem.end_effector.kind == "free":
+        raise ProblemError('blocked-along: a free tip has no plate to press with; set kind = "plate" in [end_effector]')
     targets = {name: target for name, target in _targets(problem).items() if name in pressures}
     mesh = mesh_of(problem, body, part_of(problem, applied, under)).mesh
-    return Simulation(problem, mesh, model_of(problem, mesh), pressures, paths, targets, coefficient)
+    model = model_of(problem, mesh)
+    return Simulation(problem, mesh, model, pressures, paths, targets, coefficient, stiffness, towards)
 
 
 def _friction(problem: Problem, coefficient: float) -> float:

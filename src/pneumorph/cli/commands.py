@@ -103,6 +103,16 @@ def simulate(
             "sweep, axial=0:4:1mm; repeatable.",
         ),
     ] = None,
+    stiffness: Annotated[
+        bool, typer.Option("--stiffness", help="Print the stiffness of the tip, the energy and the air of every step.")
+    ] = False,
+    blocked_along: Annotated[
+        str | None,
+        typer.Option(
+            metavar="x|-z|1,0,1",
+            help="The same, and the force with which the tip presses where it is kept from moving in this direction.",
+        ),
+    ] = None,
     json: Annotated[Path | None, typer.Option(help="Write the steps to this file as JSON.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the steps to this file as a table.")] = None,
     png: Annotated[Path | None, typer.Option(help="Draw the curves of a sweep to this file.")] = None,
@@ -125,6 +135,8 @@ def simulate(
         friction=friction,
         one_by_one=one_by_one,
         block=block or [],
+        stiffness=stiffness,
+        along=blocked_along,
         files=files,
         number=design,
         task=task,

@@ -17,6 +17,7 @@ from pneumorph.analysis import Curve
 from pneumorph.analysis.pressures import held_values
 from pneumorph.cli.source import design_of
 from pneumorph.cli.steps import Rows
+from pneumorph.cli.stiffness import stiffness_lines
 from pneumorph.cli.trust import asking
 from pneumorph.doing import announce, doing, said
 from pneumorph.errors import ComputationError, ProblemError, writing
@@ -36,6 +37,8 @@ def simulate(
     friction: float | None,
     one_by_one: bool,
     block: list[str],
+    stiffness: bool,
+    along: str | None,
     files: Mapping[str, Path | None],
     number: int | None,
     task: str | None,
@@ -60,6 +63,10 @@ def simulate(
         Whether chambers are swept one after another.
     block : list of str
         Motions of the plate that are held, "axial", "axial=2mm" or "axial=0:4:1mm".
+    stiffness : bool
+        Whether the stiffness of the tip is printed for every step.
+    along : str or None
+        A direction in which the tip is blocked then.
     files : {"--json", "--csv", "--png": Path or None}
         Output files.
     number : int or None
@@ -92,7 +99,8 @@ def simulate(
     for option, path in files.items():
         for folder in _check(option, path):
             console.print(Text(f"the folder {folder} is made for {path.name if path else ''}"), soft_wrap=True)
-    simulation = design.prepare_simulation(given, block, one_by_one, task, moved, friction, filled)
+    options = moved, friction, filled, stiffness, along
+    simulation = design.prepare_simulation(given, block, one_by_one, task, *options)
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
     model = simulation.model
@@ -110,7 +118,7 @@ def simulate(
             far(f"step 1 of {simulation.count}")
             for number, step in enumerate(simulation.run(curves), start=1):
                 far(f"step {min(number + 1, simulation.count)} of {simulation.count}")
-                for line in rows.lines(step):
+                for line in [*rows.lines(step), *stiffness_lines(step)]:
                     console.print(line, soft_wrap=True)
                 said()
                 progress.advance(progress.task_ids[0])

@@ -155,6 +155,8 @@ class Design:
         moves: Mapping[str, Any] | None = None,
         friction: float | None = None,
         volumes: Mapping[str, Any] | None = None,
+        stiffness: bool = False,
+        along: str | None = None,
     ) -> Sweep:
         """Find equilibria at the tasks' pressures, or along sweeps of pressure or of places of obstacles.
 
@@ -176,6 +178,12 @@ class Design:
             of "30 deg" or "0:90:5 deg". What is swept changes together.
         friction : float, by default that of the problem
             Coefficient of friction on obstacles. States then depend on the steps before: begin where nothing touches.
+        volumes : mapping of chambers to "12 ml" or "0:12:1 ml"
+            Liquid that is filled in, in place of a pressure.
+        stiffness : bool
+            Find the stiffness of the tip at every step, see `TipStiffness`.
+        along : str, such as "x", "-z" or "1,0,1"
+            Find the force with which the tip presses where it is kept from moving in this direction, too.
 
         Raises
         ------
@@ -193,7 +201,8 @@ class Design:
         True
         """
         began, curves = time.perf_counter(), list[Curve]()
-        prepared = self.prepare_simulation(pressures, block, one_by_one, task, moves, friction, volumes)
+        options = moves, friction, volumes, stiffness, along
+        prepared = self.prepare_simulation(pressures, block, one_by_one, task, *options)
         for _ in prepared.run(curves):
             pass
         return Sweep(prepared, curves, time.perf_counter() - began)
@@ -207,12 +216,14 @@ class Design:
         moves: Mapping[str, Any] | None = None,
         friction: float | None = None,
         volumes: Mapping[str, Any] | None = None,
+        stiffness: bool = False,
+        along: str | None = None,
     ) -> Simulation:
         """Prepare what `simulate` does, to be run step by step.
 
         Parameters
         ----------
-        pressures, block, one_by_one, task, moves, friction, volumes
+        pressures, block, one_by_one, task, moves, friction, volumes, stiffness, along
             As for `simulate`.
 
         Raises
@@ -222,14 +233,19 @@ class Design:
         """
         names = [block] if isinstance(block, str) else block
         own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
-        options = pressures or {}, names, one_by_one, moves, friction, volumes
+        options = pressures or {}, names, one_by_one, moves, friction, volumes, stiffness, along
         return prepare_simulation(self.problem, self.body, own, *options)
 
-    def explorer(self) -> Explorer:
+    def explorer(self, task: str | None = None) -> Explorer:
         """Find equilibria at any pressures, one after another, each from the nearest ones that are known.
 
         Of the first and the last design of a run, the mesh and the equilibria of the tasks are stored, and the search
         begins there.
+
+        Parameters
+        ----------
+        task : str
+            Whose loads act; by default the first. For others nothing is stored.
 
         Examples
         --------
@@ -239,8 +255,12 @@ class Design:
         >>> print(explored.step.stable, explored.fields.whole().stretch["extend"].max() > 1.0)
         True True
         """
-        stored = self.stored if self.entry is not None else None
-        return Explorer(self.problem, self.body, stored, self.entry.tasks if self.entry else None)
+        chosen = self.problem.task[0].name if task is None else self._task(task)
+        tasks = sorted(self.problem.task, key=lambda each: each.name != chosen)
+        under = self.problem.model_copy(update={"task": tuple(tasks)})
+        known = self.entry is not None and chosen == self.problem.task[0].name
+        results = self.entry.tasks if self.entry is not None and known else None
+        return Explorer(under, self.body, self.stored if known else None, results)
 
     def pressures_for(
         self,
@@ -285,13 +305,8 @@ class Design:
         task: str | None = None,
     ) -> list[PressuresFound]:
         """The pressures for motions one after another, in mm and rad; otherwise as `pressures_for`."""
-        chosen = self.problem.task[0].name if task is None else self._task(task)
-        tasks = sorted(self.problem.task, key=lambda each: each.name != chosen)
-        under = self.problem.model_copy(update={"task": tuple(tasks)})
-        known = self.entry is not None and chosen == self.problem.task[0].name
-        results = self.entry.tasks if self.entry is not None and known else None
-        explorer = Explorer(under, self.body, self.stored if known else None, results)
-        return inverse(explorer, under, bounds, wanted)
+        explorer = self.explorer(task)
+        return inverse(explorer, explorer.problem, bounds, wanted)
 
     def mesh_errors(self) -> dict[str, MeshError]:
         """How far the results of every task are from those on infinitely fine meshes.

@@ -13,6 +13,7 @@ from pneumorph.results.records import (
     Scatter,
     SweepStep,
     TaskResult,
+    TipStiffness,
 )
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Scatter",
     "SweepStep",
     "TaskResult",
+    "TipStiffness",
     "from_json",
     "nodal_stress",
     "nodal_stretch",

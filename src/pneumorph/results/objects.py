@@ -36,6 +36,7 @@ RARE = (
     "fine_reaction",
     "fine_volume_mm3",
     "castings",
+    "stiffness",
 )
 """Keys that are left out of files where they are empty."""
 
@@ -81,6 +82,8 @@ def from_json(kind: type[Record], content: Mapping[str, Any]) -> Record:
         if inner is not None and not (optional and key not in content):
             _check(isinstance(content[key], Mapping), key)
             values[each.name] = {name: from_json(inner, part) for name, part in content[key].items()}
+        elif (inner := each.metadata.get("one")) is not None and content.get(key) is not None:
+            values[each.name] = from_json(inner, content[key])
         elif not optional or content.get(key) is not None:
             values[each.name] = _tuples(content[key])
             _check(_fits(values[each.name], hints[each.name]), key)

@@ -282,6 +282,43 @@ class RunResult:
 
 
 @dataclass(frozen=True)
+class TipStiffness:
+    """How stiff the tip is at a state, and what the state takes from the supply.
+
+    Attributes
+    ----------
+    compliance : (6, 6)
+        By how much small forces (N) and moments (N·mm) on the tip move it (mm) and turn it (rad), in the order x, y, z,
+        about x, about y, about z; 0 for motions that are held.
+    energy : float
+        Energy of the state over that of the body at rest, N·mm: in rubber, sheets and springs, less the work of weight
+        and loads. Air has done as much by then.
+    air : {chamber: mm³}
+        Air that has flowed into it from rest on, as its volume at 101.325 kPa, absolute.
+    along : (3,) or None
+        A direction in which the tip is kept from moving.
+    blocked : float or None
+        The force in that direction with which it then presses, N; other motions are free.
+    """
+
+    compliance: tuple[tuple[float, ...], ...]
+    energy: float = field(metadata={"key": "energy_mJ"})
+    air: Mapping[str, float] = field(metadata={"key": "air_mm3"})
+    along: Vector | None = None
+    blocked: float | None = field(metadata={"key": "blocked_N"}, default=None)
+
+    @property
+    def axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffnesses (3,) in N/mm against forces along principal axes, softest first, and these axes (3, 3) in rows.
+
+        A motion that is held has the stiffness infinity.
+        """
+        soft, axes = np.linalg.eigh(np.array(self.compliance)[:3, :3])
+        with np.errstate(divide="ignore"):
+            return 1.0 / np.where(soft > 1e-12 * soft.max(), soft, 0.0)[::-1], axes.T[::-1]
+
+
+@dataclass(frozen=True)
 class SweepStep:
     """One step of a sweep: an equilibrium, or the reason why none was found (other fields are then empty or NaN).
 
@@ -332,6 +369,8 @@ class SweepStep:
         as far as they are known.
     fine_reaction, fine_volumes : {component: N or N·mm}, {chamber: mm³}
         The same of reactions and volumes; else empty.
+    stiffness : TipStiffness or None
+        If it was asked for.
     """
 
     task: str
@@ -365,3 +404,4 @@ class SweepStep:
     fine_rotation: Vector | None = field(metadata={"key": "fine_rotation_rad"}, default=None)
     fine_reaction: Mapping[str, float] = field(default_factory=dict)
     fine_volumes: Mapping[str, float] = field(metadata={"key": "fine_volume_mm3"}, default_factory=dict)
+    stiffness: TipStiffness | None = field(metadata={"one": TipStiffness}, default=None)

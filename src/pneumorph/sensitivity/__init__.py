@@ -13,6 +13,7 @@ from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
 from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes, tip_motion_adjoints
 from pneumorph.sensitivity.pressure_rate import PressureRate, pressure_rates, rate_slopes
+from pneumorph.sensitivity.response import Response, measured_of, response
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test, taylor_test_nearby
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "NodalGradient",
     "NodalJacobian",
     "PressureRate",
+    "Response",
     "TaylorTest",
     "boundary_gradient",
     "by_known",
@@ -29,10 +31,12 @@ __all__ = [
     "gradient",
     "lateral_slope",
     "margin_slope",
+    "measured_of",
     "motion_slopes",
     "pressure_rates",
     "rate_slopes",
     "residual_jacobian",
+    "response",
     "taylor_test",
     "taylor_test_nearby",
     "tip_motion_adjoints",
