@@ -195,7 +195,8 @@ def _does_not_intersect_itself(tried: Tried) -> Verdict:
 def _leaves_obstacles_their_room(tried: Tried) -> Verdict:
     """Rejects a design whose undeformed body reaches into an obstacle in its place, where the current one does not.
 
-    No path of states leads from there to what the task asks for.
+    No path of states leads from there to what the task asks for. The limit on obstacles keeps surfaces out of them; the
+    faces of a mesh may reach a little farther.
     """
     if _apart_at_rest(tried.design) or not _apart_at_rest(tried.current.design):
         return None
