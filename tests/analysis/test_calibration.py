@@ -45,6 +45,15 @@ def test_what_a_curve_was_computed_with_is_found(body, curve):
     assert found.factor == pytest.approx(1.15, rel=1e-4)
 
 
+def test_a_gauge_that_is_off_says_nothing_of_chambers_without_pressure(body, curve):
+    """Both chambers are alike, so a pressure that were added in both would hardly bend the body."""
+    problem, start = body
+    fit = _Fit.of(problem, start, problem.task[0], Curve(PRESSURES, "bending_y", curve))
+    begun = fit.begun()
+    by_pressure = begun.slopes(("pressure",), 0.0)[:, 0]
+    np.testing.assert_allclose(np.gradient(begun.values, 0.01)[1:-1], by_pressure[1:-1], rtol=0.02)
+
+
 def test_intervals_have_the_modulus_in_95_of_100_noisy_curves(body, curve):
     """With noise of 2 %; near the truth the fit is linear, so that its intervals are those of least squares."""
     problem, start = body

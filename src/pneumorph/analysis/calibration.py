@@ -44,12 +44,13 @@ from pneumorph.sensitivity import motion_slopes
 
 PARAMETERS = {"modulus": "%", "wall": "mm", "pressure": "kPa"}
 """What can be fitted, with the unit in which it is told: moduli relative to those of the problem, rubber added at all
-chambers, and what is added to all measured pressures."""
+chambers, and what is added to all measured pressures. Chambers without pressure at all points are open to the air."""
 
 UNITS = {"%": 0.01, "mm": 1.0, "kPa": 1e-3}
 
-MOST_STEPS, ENOUGH = 12, 1e-5
-"""Most Gauss–Newton steps, and the largest step in percent, mm and kPa after which there are no more."""
+MOST_STEPS, ENOUGH, OF_DEVIATION = 12, 1e-5, 1e-3
+"""Most Gauss–Newton steps, and the largest step after which there are no more: in percent, mm and kPa, or relative to
+the standard deviations of the parameters."""
 
 APART = 0.98
 """Correlation above which two parameters do the same to the curve, so that it tells their sum alone."""
@@ -152,18 +153,25 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
             break
         theta, here = theta + part * step, there
         cost = float(np.sum((here.values - fit.curve.values) ** 2))
-        if np.abs(part * step).max() < ENOUGH:
+        enough = np.maximum(ENOUGH, OF_DEVIATION * _deviations(slopes, cost))
+        if np.all(np.abs(part * step) < enough):
             break
     slopes = here.slopes(names, _more(names, theta)) * units
     free = len(fit.curve.values) - len(names)
     information = slopes.T @ slopes
     if free < 1 or np.linalg.cond(information) > 1e14:
         raise ComputationError(f"the curve does not determine {' and '.join(names)}; fit fewer parameters")
-    covariance = cost / free * np.linalg.inv(information)
-    deviations = np.sqrt(np.diag(covariance))
     scale = np.sqrt(np.diag(np.linalg.inv(information)))
     correlation = np.linalg.inv(information) / np.outer(scale, scale)
-    return Calibration(names, theta, students.ppf(0.975, free) * deviations, correlation, before, here.values)
+    return Calibration(
+        names, theta, students.ppf(0.975, free) * _deviations(slopes, cost), correlation, before, here.values
+    )
+
+
+def _deviations(slopes: np.ndarray, cost: float) -> np.ndarray:
+    """Standard deviations (k,) of the parameters by derivatives (n, k) and the sum of squares that is left."""
+    count, parameters = slopes.shape
+    return np.sqrt(cost / max(count - parameters, 1) * np.diag(np.linalg.pinv(slopes.T @ slopes)))
 
 
 def _more(names: Sequence[str], theta: np.ndarray) -> float:
@@ -205,7 +213,13 @@ class _Fit:
         """All points with parameters in the units of the code."""
         more, wall, pressure = parameters
         X, softer = self.points[0].X + wall * self.morph.extend(self.thicker), 1.0 / (1.0 + more)
-        return [replace(at, X=X, loads=_scaled(at.loads, softer, pressure)) for at in self.points]
+        added = pressure * self.inflated
+        return [replace(at, X=X, loads=_scaled(at.loads, softer, added)) for at in self.points]
+
+    @property
+    def inflated(self) -> np.ndarray:
+        """Which chambers (C,) have pressure at some point."""
+        return self.curve.pressures.any(axis=0)
 
     def begun(self) -> _Solved:
         """The states as the body is designed, along the curve from the lowest pressure.
@@ -255,7 +269,7 @@ class _Solved:
             by = [
                 float(sum(each[k] for each in slopes.moduli.values())),
                 float(np.sum(self.fit.morph.on_surface(slopes.X[k]) * self.fit.thicker)),
-                float(np.sum(slopes.loads[k].pressure)),
+                float(np.sum(np.asarray(slopes.loads[k].pressure)[self.fit.inflated])),
             ]
             answers.append((float(slopes.motion[k]), np.array(by)))
         return answers
@@ -278,8 +292,8 @@ class _Solved:
         return slopes[:, [list(PARAMETERS).index(name) for name in names]]
 
 
-def _scaled(loads: Loads, factor: float, pressure: float) -> Loads:
-    """Loads with a pressure added in all chambers, and all of them times a factor."""
+def _scaled(loads: Loads, factor: float, pressure: np.ndarray) -> Loads:
+    """Loads with pressures (C,) added in the chambers, and all of them times a factor."""
     return loads._replace(
         pressure=factor * (np.asarray(loads.pressure) + pressure),
         acceleration=factor * np.asarray(loads.acceleration),
