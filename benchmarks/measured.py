@@ -2,7 +2,7 @@
 
 The beam of M. Dubied and others 2022 (arXiv 2201.12560; data of the repository srl-ethz/diffPD_sim2real, MIT licence,
 in measured/beam_deflection.csv): Dragon Skin 10, 100 × 30 × 30 mm, clamped at one end and released from horizontal,
-under its own weight and with 52 g and 101 g at the upper edge of its tip. First with the library's rubber, then with
+under its own weight and with 52 g and 101 g at the upper edge of its tip. First with the rubber of a first pull, then with
 one whose modulus is found from the beam under its own weight alone.
 """
 
@@ -49,8 +49,8 @@ pressure = {{ A = "0 kPa" }}
 objective = {{ kind = "maximize", motion = "extension" }}
 """
 
-LIBRARY = 43.018
-"""Shear modulus of the library's Dragon Skin 10, kPa."""
+FIRST_PULL = 43.018
+"""Shear modulus of the first pull measured by Marechal and others 2021, kPa."""
 
 
 def measured() -> dict[str, tuple[float, float]]:
@@ -90,7 +90,7 @@ def predicted(folder: Path, modulus: float, force: float, size: float) -> tuple[
 
 def from_own_weight(folder: Path, deflection: float, size: float) -> float:
     """The shear modulus in kPa with which the beam hangs down by a deflection under its own weight, by secants."""
-    one, other = LIBRARY, 2.0 * LIBRARY
+    one, other = FIRST_PULL, 2.0 * FIRST_PULL
     at_one, at_other = (1.0 / predicted(folder, each, 0.0, size)[0] for each in (one, other))
     for _ in range(3):
         new = one + (other - one) * (1.0 / deflection - at_one) / (at_other - at_one)
@@ -107,11 +107,11 @@ def main(size: float = 8.0) -> None:
             str(folder / "beam.step")
         )
         own = from_own_weight(folder, known["gravity"][0], size)
-        print(f"| load at the tip | measured | library, {LIBRARY:.0f} kPa | from its own weight, {own:.1f} kPa |")
+        print(f"| load at the tip | measured | first pull, {FIRST_PULL:.0f} kPa | from its own weight, {own:.1f} kPa |")
         print("|---|---|---|---|")
         for case, force in CASES.items():
             value, half = known[case]
-            cells = [predicted(folder, modulus, force, size) for modulus in (LIBRARY, own)]
+            cells = [predicted(folder, modulus, force, size) for modulus in (FIRST_PULL, own)]
             told = [f"{there:.1f} ± {off:.1f} mm (mesh), {100 * (there / value - 1):+.0f} %" for there, off in cells]
             print(f"| {1e3 * force / 9.81:.0f} g | {value:.1f} ± {half:.1f} mm | {' | '.join(told)} |", flush=True)
 

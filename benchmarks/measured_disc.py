@@ -6,7 +6,7 @@ The disc of G. Campbell and others 2025 (arXiv 2504.01156; data of the repositor
 measured/ringless_pressure_height.csv): Ecoflex 00-30, 2 mm thick, clamped at a radius of 70 mm, lifts a rigid disc of
 radius 25.4 mm that carries a dead load. At every volume of air below it the height and the pressure are found, so that
 the curve goes on where the pressure falls. Rubbers are those that other tests gave: the authors' own tension tests
-(Gent's model), and the library's. A quarter is solved.
+(Gent's model), and the first pull of Marechal and others 2021. A quarter is solved.
 """
 
 import argparse
@@ -38,7 +38,9 @@ STEP, MOST = 60.0, 30
 RUBBERS = {
     "tension tests (Gent, 31.7 kPa)": 'model = "gent"\nshear_modulus = "31.7 kPa"\nlimit = 39.6\n'
     'bulk_modulus = "31.7 MPa"\ndensity = "1.07 g/cm^3"\nname = "of the tension tests"',
-    "library (15 kPa)": 'name = "Ecoflex 00-30"',
+    "first pull (15 kPa)": 'model = "ogden"\nterms = [{ modulus = "15.057 kPa", exponent = 2.2033 }, '
+    '{ modulus = "0.091 kPa", exponent = 4.9336 }]\nbulk_modulus = "15.1 MPa"\ndensity = "1.07 g/cm^3"\n'
+    'name = "of the first pull"',
 }
 
 TEXT = """

@@ -44,8 +44,8 @@ def test_a_disc_of_soft_rubber_is_inflated_in_few_factorisations():
         assert isinstance(last, Equilibrium) and last.stable
         return last, tangent.factorisations
 
-    once, cost = inflated(1.5)
+    once, cost = inflated(3.0)
     assert once.max_stretch > 1.5 and cost <= 100
-    steps, cost_of_steps = inflated(0.25, 0.5, 1.0, 1.5)
+    steps, cost_of_steps = inflated(0.5, 1.0, 2.0, 3.0)
     assert abs(steps.volumes["A"] / once.volumes["A"] - 1.0) < 1e-8
     assert cost_of_steps <= 100

@@ -171,12 +171,12 @@ def test_stiff_rubbers_are_fitted_too(run, tmp_path):
 
 def test_show_says_which_value_is_used_why_and_the_range_of_all_sources(run):
     shown = run("material", "show", "Ecoflex 00-30").stdout
-    assert "chosen" in shown and "0.01515 to 0.03943 MPa" in shown and "compression tests" in shown
+    assert "chosen" in shown and "0.0151 to 0.0375" in shown and "compression tests" in shown
     entry = next(
         each for each in json.loads(run("material", "list", "--json").stdout) if each["name"] == "Dragon Skin 10"
     )
-    assert entry["shear_modulus_range_MPa"] == pytest.approx([0.043018, 0.0879])
-    assert entry["scatter"] == pytest.approx(np.log(0.0879 / 0.043018) / 2)
+    assert entry["shear_modulus_range_MPa"] == pytest.approx([0.043, 0.0879])
+    assert entry["scatter"] == pytest.approx(np.log(0.0879 / 0.043) / 2)
     assert "one source alone" in run("material", "show", "Hei-Cast 8400").stdout
 
 

@@ -2,10 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 
+from pneumorph.mechanics import rubber_of
+from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.homogeneous import DIRECTIONS, nominal_stress
 from pneumorph.problem.material import elastomer, library
-from pneumorph.problem.sources import chosen, deviation_of, doubt, history_of, other_sources, range_of
+from pneumorph.problem.sources import at_100_percent, chosen, deviation_of, doubt, history_of, other_sources, range_of
 
 WITH_OTHERS = [name for name, table in library().items() if "others" in table]
 
@@ -23,9 +27,31 @@ def test_other_sources_are_told_of_the_library_s_rubber_alone(name):
     assert doubt(other) is None and deviation_of(other) is None and chosen(other) == ""
 
 
-def test_sources_are_read_as_moduli_of_a_neo_hookean_rubber():
+@pytest.mark.parametrize("name", list(library()))
+def test_the_stress_at_100_percent_is_that_of_the_energy(name):
+    rubber = rubber_of(elastomer(name))
+    (stress,) = nominal_stress(rubber.isochoric, np.array(rubber.parameters[:-1]), np.array([2.0]))
+    assert at_100_percent(elastomer(name)) == pytest.approx(float(stress), rel=1e-9)
+
+
+@pytest.mark.parametrize(("name", "sheet"), [("Ecoflex 00-10", 0.055), ("Ecoflex 00-50", 0.083)])
+def test_rubbers_with_the_data_sheet_s_stress_have_it(name, sheet):
+    assert at_100_percent(elastomer(name)) == pytest.approx(sheet, rel=1e-3)
+
+
+def test_sources_are_read_as_initial_shear_moduli():
     by_source = {each.source.split(":")[0]: each.shear_modulus for each in other_sources(elastomer("Dragon Skin 10"))}
-    assert by_source["data sheet"] == pytest.approx(0.152 / (2.0 - 1.0 / 4.0))
+    assert by_source["data sheet"] == pytest.approx(0.152 / (2.0 - 1.0 / 4.0))  # a neo-Hookean rubber
+    gent = next(each for each in other_sources(elastomer("Ecoflex 00-30")) if "data sheet" in each.source)
+    assert gent.shear_modulus == pytest.approx(0.069 / 1.75 * (1.0 - 2.0 / 39.6), rel=0.01)
+
+
+@pytest.mark.parametrize("mode", list(DIRECTIONS))
+def test_the_polynomial_of_ecoflex_00_30_is_the_gent_model_of_its_source(mode):
+    rubber, stretch = rubber_of(elastomer("Ecoflex 00-30")), np.linspace(1.01, 3.0, 50)
+    gent = nominal_stress(energies.gent, np.array([0.0317, 39.6]), stretch, mode)
+    ours = nominal_stress(rubber.isochoric, np.array(rubber.parameters[:-1]), stretch, mode)
+    assert ours == pytest.approx(gent, rel=8e-3)
     compressed = next(each for each in other_sources(elastomer("Ecoflex 00-30")) if "compression" in each.source)
     assert compressed.shear_modulus == pytest.approx(0.0973 / 3.0)
 

@@ -131,7 +131,7 @@ def fit_beam(
     --------
     >>> import pneumorph as pm
     >>> fitted = pm.fit_beam(
-    ...     deflection="6.5 mm", length="100 mm", section="30 mm x 30 mm", density="1.07 g/cm^3", like="Dragon Skin 10"
+    ...     deflection="6.5 mm", length="100 mm", section="30 mm x 30 mm", density="1.07 g/cm^3", like="Dragon Skin 20"
     ... )
     >>> fitted.table["model"], round(fitted.table["scatter"], 2)
     ('ogden', 0.08)

@@ -7,14 +7,11 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from pneumorph import units
-from pneumorph.problem.material import RubberModel, elastomer, library
+from pneumorph.problem.material import Gent, NeoHookean, Ogden, RubberModel, Yeoh, elastomer, library
 from pneumorph.problem.stiffness import gent
 
 MOST_DEVIATION = 0.5
 """Largest relative deviation of a modulus for which first derivatives tell anything."""
-
-AT_100_PERCENT = 1.75
-"""Stress at 100 % strain over the shear modulus of an incompressible neo-Hookean rubber: λ − 1/λ² at λ = 2."""
 
 
 class OtherSource(NamedTuple):
@@ -26,7 +23,7 @@ class OtherSource(NamedTuple):
 
 def other_sources(material: RubberModel) -> tuple[OtherSource, ...]:
     """What other sources give for a rubber of the library; none for other rubbers, or where none are known."""
-    return tuple(_read(each) for each in _entry(material).get("others", []))
+    return tuple(_read(each, material) for each in _entry(material).get("others", []))
 
 
 def chosen(material: RubberModel) -> str:
@@ -83,13 +80,32 @@ def doubt(material: RubberModel) -> str | None:
     )
 
 
+def at_100_percent(material: RubberModel) -> float:
+    """Nominal stress in MPa at a stretch of 2 in uniaxial tension, of an incompressible rubber."""
+    neo_hookean, beyond_3 = 2.0 - 1.0 / 4.0, 4.0 + 1.0 - 3.0  # λ − 1/λ² and Ī₁ − 3
+    match material:
+        case NeoHookean():
+            return material.shear_modulus * neo_hookean
+        case Gent():
+            return material.shear_modulus * neo_hookean / (1.0 - beyond_3 / material.limit)
+        case Yeoh():
+            slopes = (k * c * beyond_3 ** (k - 1) for k, c in enumerate(material.coefficients, 1))
+            return 2.0 * sum(slopes) * neo_hookean
+        case Ogden():
+            powers = (
+                (term, 2.0 ** (term.exponent - 1.0) - 0.5 ** (term.exponent / 2.0 + 1.0)) for term in material.terms
+            )
+            return sum(2.0 * term.modulus / term.exponent * power for term, power in powers)
+    raise NotImplementedError(f"no rubber of the library has the model of {material.name}")
+
+
 def _entry(material: RubberModel) -> Mapping[str, Any]:
     """What the library has of a rubber that is its own."""
     known = library()
     return known[material.name] if material.name in known and material == elastomer(material.name) else {}
 
 
-def _read(entry: Mapping[str, Any]) -> OtherSource:
+def _read(entry: Mapping[str, Any], material: RubberModel) -> OtherSource:
     """A source gives a shear modulus, Young's modulus, the stress at 100 % strain, or a hardness."""
     source = entry.get("source", "")
     if "hardness" in entry:
@@ -97,8 +113,9 @@ def _read(entry: Mapping[str, Any]) -> OtherSource:
         return OtherSource(gent(hardness) / 3.0, f"its hardness, Shore A {hardness:g}, by Gent's relation of 1958")
     if "at_100_percent" in entry:
         stress = entry["at_100_percent"]
-        modulus = units.parse(stress, units.MODULUS) / AT_100_PERCENT
-        return OtherSource(modulus, f"{source}: {stress} at 100 % strain, as a neo-Hookean rubber")
+        factor = units.parse(stress, units.MODULUS) / at_100_percent(material)
+        modulus = factor * material.initial_shear_modulus
+        return OtherSource(modulus, f"{source}: {stress} at 100 % strain, by the curve of the library's rubber")
     if "youngs_modulus" in entry:
         young = entry["youngs_modulus"]
         return OtherSource(units.parse(young, units.MODULUS) / 3.0, f"{source}: Young's modulus {young}")
