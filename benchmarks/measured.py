@@ -2,8 +2,8 @@
 
 The beam of M. Dubied and others 2022 (arXiv 2201.12560; data of the repository srl-ethz/diffPD_sim2real, MIT licence,
 in measured/beam_deflection.csv): Dragon Skin 10, 100 × 30 × 30 mm, clamped at one end and released from horizontal,
-under its own weight and with 52 g and 101 g at the upper edge of its tip. First with the rubber of a first pull, then with
-one whose modulus is found from the beam under its own weight alone.
+under its own weight and with 52 g and 101 g at the upper edge of its tip. First with the rubber of a first pull, then
+with one whose modulus is found from the beam under its own weight alone.
 """
 
 import csv
