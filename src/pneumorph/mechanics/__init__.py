@@ -27,6 +27,7 @@ from pneumorph.mechanics.solve.equilibrium import (
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction_sweep import sweep_with_friction
 from pneumorph.mechanics.solve.lateral import Softest, lateral_models, masses_of, softest
+from pneumorph.mechanics.solve.memory_sweep import sweep_with_memory
 from pneumorph.mechanics.solve.mirror import breaking_loads, mirrors_of, sealed
 from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
@@ -90,5 +91,6 @@ __all__ = [
     "solve",
     "sweep",
     "sweep_with_friction",
+    "sweep_with_memory",
     "whole_of",
 ]

@@ -24,6 +24,7 @@ from pneumorph.mechanics.elements.kinematics import volume_ratio
 from pneumorph.mechanics.elements.stiffness import coupling_blocks, element_blocks, invariant_blocks
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
 from pneumorph.mechanics.material.energies import Energy, Invariants, invariants
+from pneumorph.mechanics.material.memory import PointParameters
 from pneumorph.threads import each
 
 
@@ -38,15 +39,20 @@ class Solid(ElementEnergy):
     parameters: Values
 
     def energies(self, local: Local, loads: Loads) -> Array:
-        return tet_energies(local.X, local.u, corner_hydrostatics(local), self.energy_density, self.parameters)
+        own = self.at(local.data)
+        return tet_energies(local.X, local.u, corner_hydrostatics(local), own.energy_density, own.parameters)
+
+    def at(self, data: Values) -> Solid:
+        """The same where the data of elements (C, k) are parameters of their points; here there are none."""
+        return self
 
     def forces(self, elements: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
         """∫ψ over all elements, and its derivatives by u (E, 10, 3) and π (E, c)."""
         u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
         def work(chunk: slice) -> float:
-            here = strained(elements, at, chunk)
-            psi, stress, slope = map(np.array, _stress(self, here.F, here.hydrostatic))
+            here, own = strained(elements, at, chunk), self.at(at.data[chunk])
+            psi, stress, slope = map(np.array, _stress(own, here.F, here.hydrostatic))
             points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
             # Searches look at states so far away that their energy is not finite, and see it by the result.
             with np.errstate(over="ignore", invalid="ignore"):
@@ -78,7 +84,7 @@ class Solid(ElementEnergy):
             here, (dF, dA, growth) = strained(elements, at, chunk), _room(elements)
             points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
             dhydrostatic = _at_points(along.hydrostatic[chunk], elements.chunk)
-            stress, slope, dstress, dslope = _along(self, here)(dF, dhydrostatic)
+            stress, slope, dstress, dslope = _along(self.at(at.data[chunk]), here)(dF, dhydrostatic)
             # The forces ∫ P : δF are linear in the stress, in A and in the volumes: each changes in its turn.
             with_A = np.empty((elements.chunk, 10, 3))
             points.nodal_forces(dstress + growth * stress, here.A, here.measure, TET_DN, u[chunk])
@@ -180,26 +186,46 @@ class Solid(ElementEnergy):
         compression = np.zeros((count, corners, corners))
 
         def work(chunk: slice) -> None:
-            here = strained(elements, at, chunk)
+            here, own = strained(elements, at, chunk), self.at(at.data[chunk])
             excess = None if ratios is None else float(self.parameters[-1]) * (ratios[:, chunk] - volume_ratio(here.F))
             if self.energy_density.of_invariants is not None:
                 # Nine derivatives instead of eighty-one: half the time of the whole assembly.
-                by_invariants = np.array(_invariant_derivatives(self, here.F, here.hydrostatic)[0])
+                by_invariants = np.array(_invariant_derivatives(own, here.F, here.hydrostatic)[0])
                 if excess is not None:
                     by_invariants[2] += excess
                 invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
             else:
-                moduli = np.array(_moduli(self, here.F, here.hydrostatic, here.measure))
+                moduli = np.array(_moduli(own, here.F, here.hydrostatic, here.measure))
                 if excess is not None:
                     moduli += here.measure * excess * _second_of_ratio(here.F)
                 element_blocks(moduli, here.A, TET_DN, motion[chunk])
             if corners:
-                slopes, among = map(np.array, _couplings(self, here.F, here.hydrostatic, here.measure))
+                slopes, among = map(np.array, _couplings(own, here.F, here.hydrostatic, here.measure))
                 coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
                 compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
 
         each(work, elements.chunks())
         return motion[: elements.count], coupling[: elements.count], compression[: elements.count]
+
+
+@partial(register_dataclass, data_fields=["parameters", "share", "softening"], meta_fields=["energy_density"])
+@dataclass(frozen=True, eq=False)
+class Remembering(Solid):
+    """The potential of a step of a rubber that remembers, see `material/memory.py`.
+
+    The data of an element are H and W at its points, of which W is the last: (7, 4) numbers.
+    """
+
+    share: Values
+    softening: Values
+
+    def at(self, data: Values) -> Solid:
+        points = data.reshape(-1, 7, 4).transpose(1, 2, 0)
+        own = self.parameters
+        return Solid(
+            self.energy_density,
+            PointParameters(points[:6], points[6], self.share, self.softening, own, own[-1]),
+        )
 
 
 def _forces(at: Local, u: np.ndarray, hydrostatic: np.ndarray) -> Forces:
@@ -240,7 +266,7 @@ Linearised = tuple[slice, StrainedPoints, Along]
 
 def _linearised(solid: Solid, elements: Connectivity, at: Local, chunk: slice, several: bool) -> Linearised:
     here = strained(elements, at, chunk)
-    return chunk, here, _along(solid, here, several)
+    return chunk, here, _along(solid.at(at.data[chunk]), here, several)
 
 
 def _along(solid: Solid, here: StrainedPoints, several: bool = False) -> Along:

@@ -102,7 +102,15 @@ def _hessian(energy: Energy, parameters: jax.Array, logs: jax.Array) -> jax.Arra
 
 def _principal_energy(energy: Energy, parameters: jax.Array, logs: jax.Array) -> jax.Array:
     """ψ (n,) of isochoric stretches along the axes, from the logarithms of the first two (2, n)."""
-    logs = jnp.stack([logs[0], logs[1], -logs[0] - logs[1]])
+    return principal_energy(energy, parameters, jnp.stack([logs[0], logs[1], -logs[0] - logs[1]]))
+
+
+def principal_energy(energy: Energy, parameters: jax.Array, logs: jax.Array) -> jax.Array:
+    """ψ (n,) of stretches along the axes, from their logarithms (3, n).
+
+    Where these do not add up to zero, as those of isochoric stretches do, the formula of ψ is used all the same. The
+    parameters end with κ, which is not used.
+    """
     # Without F, which takes ten times as long to compile.
     if energy.of_stretches is not None:
         return energy.of_stretches(logs, parameters)

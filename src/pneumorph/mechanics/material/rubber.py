@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from pneumorph.mechanics.material.energies import Energy, by_invariants, determinant, neo_hookean
 from pneumorph.mechanics.material.homogeneous import shear_modulus
+from pneumorph.mechanics.material.memory import Memory
 
 
 @dataclass(frozen=True)
@@ -31,12 +32,15 @@ class Rubber:
         Mass density of the undeformed rubber, t/mm³.
     valid_stretch : float, optional
         Largest principal stretch for which the parameters are valid; None if unknown.
+    memory : Memory, optional
+        What it remembers along histories of loads, which ψ leaves out.
     """
 
     isochoric: Energy
     parameters: tuple[float, ...]
     density: float
     valid_stretch: float | None = None
+    memory: Memory | None = None
 
     @property
     def energy(self) -> Energy:
