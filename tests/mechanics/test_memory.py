@@ -102,3 +102,46 @@ def test_softening_is_ogden_and_roxburghs():
     eta = 1 - most * erf((worst - psi) / (energy + slope * worst))
     assert eta.min() < 0.8
     np.testing.assert_allclose(stresses(SOFTENING, path, [1.0] * 7), eta * first, rtol=1e-12)
+
+
+def rotating(angle: float) -> np.ndarray:
+    """F (3, 3, 1) of pure shear along axes that turn beside the body: principal directions are others at every step."""
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
+    return (turn @ np.diag([1.6, 1 / 1.6, 1.0]) @ turn.T)[:, :, None]
+
+
+def work(memory: Memory, path: list[np.ndarray], durations) -> np.ndarray:
+    """The work in MPa on a point in every step: in each, the potential is that of an elastic body."""
+    past, own, done = at_rest(memory, (1,)), np.array(memory.parameters), []
+    before = np.eye(3)[:, :, None]
+    for F, duration in zip(path, durations, strict=True):
+        share, held = step_of(memory, past, duration)
+        given = PointParameters(held, past.worst, share, np.array(memory.softening), own, own[-1])
+        ends = (float(in_step(memory.isochoric)(each, given)[0]) for each in (before, F))
+        done.append(-next(ends) + next(ends))
+        past, before = after(memory, past, F, duration), F
+    return np.array(done)
+
+
+@pytest.mark.parametrize("seconds", [0.5, 8.0, 200.0])
+@pytest.mark.parametrize("memory", [RELAXING, BOTH], ids=["relaxing", "softening too"])
+def test_no_cycle_gains_energy(memory, seconds):
+    """Cycles of pulls, of turning axes, and of both at random, after as many as make them periodic."""
+    random = np.random.default_rng(2)
+    cycle = [random.standard_normal((3, 3)) for _ in range(3)]
+    deformed = [np.eye(3) + 0.3 * each / np.linalg.norm(each) for each in cycle]
+    loops = {
+        "pulls": [pulled(1.0 + 0.4 * (1 - np.cos(a))) for a in np.linspace(0, 2 * np.pi, 41)[1:]],
+        "turns": [rotating(a) for a in np.linspace(0, np.pi, 41)[1:]],
+        "random": [
+            ((1 - w) * one + w * other)[:, :, None]
+            for one, other in zip(deformed, [*deformed[1:], deformed[0]], strict=True)
+            for w in np.linspace(0, 1, 15)[1:]
+        ],
+    }
+    for loop in loops.values():
+        times = int(400 / seconds) + 2 if seconds < 8 else 30
+        times = min(times, 60)
+        done = work(memory, loop * times, [seconds / len(loop)] * len(loop) * times)
+        last = done[-len(loop) :].sum()
+        assert last > 0.0

@@ -29,6 +29,8 @@ from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
 from pneumorph.mechanics.elements.solid import Solid
 from pneumorph.mechanics.elements.terms import connect
 from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.memory import Memory, Past, Softening
+from pneumorph.mechanics.solve.memory_sweep import with_memory
 from pneumorph.mesh import Covered
 from pneumorph.mesh.tets import RULE
 from pneumorph.verify.solids import tube
@@ -165,6 +167,15 @@ def capped() -> Term:
     return Term(connect(nodes, data=-np.ones((3, 1))), CapPressure())
 
 
+def remembering(rubber: Rubber, mixed: bool) -> Model:
+    """A solid in a step after a past at random, some of whose points are stretched more than before."""
+    memory = Memory(rubber.isochoric, rubber.parameters, (0.2, 0.1), (1.0, 9.0), Softening(0.5, 0.02, 0.1))
+    of = built(replace(rubber, memory=memory), mixed, kinds=Solid)
+    random, count = np.random.default_rng(7), of.elements
+    stress, parts = 0.05 * random.standard_normal((6, 4, count)), 0.05 * random.standard_normal((2, 6, 4, count))
+    return with_memory(of, {"": Past(random.uniform(0.0, 0.1, (4, count)), stress, parts)}, 2.0)
+
+
 TWO = {"inner": SOFT, "outer": STIFF}
 CASES = {
     "solid": partial(built, SOFT, kinds=Solid),
@@ -172,6 +183,8 @@ CASES = {
     "mixed solid": partial(built, NEARLY_INCOMPRESSIBLE["inner"], True, kinds=Solid),
     "two rubbers": partial(built, TWO, kinds=Solid),
     "two mixed rubbers": partial(built, NEARLY_INCOMPRESSIBLE, True, kinds=Solid),
+    "solid that remembers": partial(remembering, SOFT, False),
+    "mixed solid that remembers": partial(remembering, OGDEN, True),
     "weight": partial(built, TWO, kinds=Weight),
     "pressure": partial(built, SOFT, kinds=ChamberPressure),
     "cap of a port": partial(built, SOFT, kinds=(), more=[capped()]),
@@ -291,7 +304,7 @@ def test_nothing_rides_on_a_free_tip():
     test_shape_and_load_derivatives_are_those_of_the_residual(Place(built(SOFT, plate=False)))
 
 
-@pytest.mark.parametrize("name", ["solid", "solid by stretches", "two mixed rubbers"])
+@pytest.mark.parametrize("name", ["solid", "solid by stretches", "two mixed rubbers", "solid that remembers"])
 def test_the_fast_way_of_the_solid_is_the_general_one(name):
     """An energy that hides that it is a solid has its blocks made by JAX."""
     fast = Place(CASES[name]())

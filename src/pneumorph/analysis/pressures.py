@@ -48,6 +48,7 @@ class PressurePath:
     moves : mm or rad by motion, at every step.
     holds : mm or rad by component of the plate that is held, at every step.
     volumes : mm³ by chamber that is filled, at every step.
+    per_cycle : steps there and back, after the first step; 0 where the sweep goes one way alone.
     """
 
     swept: tuple[str, ...]
@@ -55,6 +56,7 @@ class PressurePath:
     moves: list[dict[str, float]]
     holds: list[dict[str, float]]
     volumes: list[dict[str, float]]
+    per_cycle: int = 0
 
 
 def pressure_paths(

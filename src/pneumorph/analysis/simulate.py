@@ -13,6 +13,7 @@ import numpy as np
 from pneumorph.analysis.accuracy import beyond, extrapolated, refined_model
 from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.collect import by_region, poses_of, vector
+from pneumorph.analysis.cycles import Durations, cycles_of, timed_paths
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
 from pneumorph.analysis.stiffness import direction, stiffness_at
 from pneumorph.errors import ProblemError
@@ -39,6 +40,7 @@ from pneumorph.mechanics import (
     settled,
     sweep,
     sweep_with_friction,
+    sweep_with_memory,
     whole_of,
 )
 from pneumorph.mechanics.assembly.enclosed import amounts
@@ -46,7 +48,7 @@ from pneumorph.mesh import TetMesh
 from pneumorph.objective import Objective, build_objectives, measure_features
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting
-from pneumorph.results.records import SweepStep, Vector
+from pneumorph.results.records import Cycle, SweepStep, Vector
 
 MOST_FRICTION = 10.0
 """A larger coefficient is taken for a mistake: those of rubber are a few at most."""
@@ -64,16 +66,23 @@ class Curve:
     task : the task that gives the pressures of all other chambers.
     swept : names of the swept chambers, and of motions of obstacles, such as "plate.z".
     steps : all that have been computed.
+    per_cycle : steps there and back, after the first; 0 where the sweep goes one way alone.
     """
 
     task: str
     swept: tuple[str, ...]
     steps: list[SweepStep]
+    per_cycle: int = 0
 
     @property
     def found(self) -> list[SweepStep]:
         """The steps that have an equilibrium."""
         return [step for step in self.steps if step.converged]
+
+    @property
+    def cycles(self) -> list[Cycle]:
+        """The energy of its whole cycles; none where obstacles move, whose work is not known."""
+        return [] if any("." in name for name in self.swept) else cycles_of(self.task, self.steps, self.per_cycle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +100,7 @@ class Simulation:
     friction : coefficient of friction on obstacles.
     stiffness : whether the stiffness of the tip is found at every step.
     along : a direction in which the tip is blocked then.
+    durations : of every step of the paths, s, where the rubber remembers what was before; else it is elastic.
     """
 
     problem: Problem
@@ -102,6 +112,7 @@ class Simulation:
     friction: float = 0.0
     stiffness: bool = False
     along: Vector | None = None
+    durations: Durations | None = None
 
     @property
     def count(self) -> int:
@@ -169,8 +180,9 @@ class Simulation:
         whole_skin = Skin(whole.image.mesh) if whole else skin
         for tasks in self._alike:
             own = self.pressures[tasks[0]]
-            for path in self.paths:
-                new = [Curve(task, path.swept, []) for task in tasks]
+            for path, taken in zip(self.paths, self.durations or [None] * len(self.paths), strict=True):
+                new = [Curve(task, path.swept, [], path.per_cycle) for task in tasks]
+                times = None if taken is None or not any(taken[1:]) else np.cumsum([0.0, *taken[1:]])
                 curves += new
                 along = [{**own, **given} for given in path.steps]
                 poses = [self._poses(tasks[0], given) for given in path.moves]
@@ -179,12 +191,13 @@ class Simulation:
                     _volumes(self.problem, tasks[0], *each) for each in zip(path.steps, path.volumes, strict=True)
                 ]
                 configurations = list(starmap(self._configured, zip(along, poses, under, filled, strict=True)))
-                found = enumerate(self._sweep(configurations, tangent, whole), start=1)
+                found = enumerate(self._sweep(configurations, taken, tangent, whole), start=1)
                 for pressures, posed, (number, (at, answer)) in zip(along, poses, found, strict=True):
                     moves, turns = (_parts(posed, part) for part in (slice(0, 3), slice(3, 6)))
                     own_skin = whole_skin if whole and at.model is whole.model else skin
                     step = step_of(tasks[0], pressures, at, answer, own_skin)
-                    step = replace(step, moves=moves, turns=turns)
+                    time = None if times is None else float(times[number - 1])
+                    step = replace(step, moves=moves, turns=turns, time=time)
                     if self.stiffness and isinstance(answer, Equilibrium):
                         own_tangent = whole.tangent if whole and at.model is whole.model else tangent
                         stiff = stiffness_at(settled(at, answer), own_tangent, answer, whole, self.along)
@@ -205,8 +218,10 @@ class Simulation:
         return configure(self.model, self.mesh.points, loads, guided, enclosed_of(self.problem, volumes))
 
     def _sweep(
-        self, path: list[Configuration], tangent: Tangent, whole: Whole | None
+        self, path: list[Configuration], durations: list[float] | None, tangent: Tangent, whole: Whole | None
     ) -> Iterable[tuple[Configuration, Equilibrium | NoEquilibrium]]:
+        if durations is not None:
+            return sweep_with_memory(path, durations, tangent)
         if self.friction:
             return sweep_with_friction(path, tangent, self.friction)
         if whole is not None:
@@ -215,7 +230,7 @@ class Simulation:
 
     def _with_error(self, step: SweepStep, at: Configuration, answer: Equilibrium, whole: Whole | None) -> SweepStep:
         """A step with estimates of its values without the error of the mesh, where that takes little time."""
-        if self.friction or 8 * at.model.elements > QUICK:
+        if self.friction or self.durations is not None or 8 * at.model.elements > QUICK:
             return step
         mesh = whole.image.mesh if whole and at.model is whole.model else self.mesh
         here = settled(at, answer)
@@ -296,6 +311,8 @@ def prepare_simulation(
     volumes: Mapping[str, Any] | None = None,
     stiffness: bool = False,
     along: str | None = None,
+    rate: Any = None,
+    cycles: int | None = None,
 ) -> Simulation:
     """Mesh a body, or a part of it where symmetry allows that, for sweeps.
 
@@ -313,6 +330,8 @@ def prepare_simulation(
     volumes : {chamber: "12 ml" or "0:12:1 ml"}, liquid that is filled in, in place of a pressure.
     stiffness : find the stiffness of the tip at every step.
     along : a direction, "x", "-z" or "1,0,1", in which the tip is blocked at every step too, and its force found.
+    rate : "2 kPa/s" or a pint quantity, of the first that is swept.
+    cycles : how often sweeps go there and back.
 
     Raises
     ------
@@ -325,7 +344,8 @@ def prepare_simulation(
     block = list(block)
     if block and problem.end_effector.kind == "free":
         raise ProblemError('block: a free tip has no plate to hold; set kind = "plate" in [end_effector]')
-    paths = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles, block, volumes)
+    one_way = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles, block, volumes)
+    paths, durations = timed_paths(problem, one_way, rate, cycles)
     unknown = {*(volumes or {}), *sealed(problem), *(name for task in problem.task for name in task.volumes)}
     for name in sealed(problem):
         if name in given or name in (volumes or {}):
@@ -349,10 +369,15 @@ def prepare_simulation(
     towards = None if along is None else direction(along)
     if along is not None and problem.end_effector.kind == "free":
         raise ProblemError('blocked-along: a free tip has no plate to press with; set kind = "plate" in [end_effector]')
+    if durations is not None and (coefficient or stiffness):
+        key = f"friction {coefficient:g}" if coefficient else "stiffness"
+        raise ProblemError(f"{key}: is not possible where rubber relaxes or softens; leave the rate and the cycles out")
     targets = {name: target for name, target in _targets(problem).items() if name in pressures}
-    mesh = mesh_of(problem, body, part_of(problem, applied, under)).mesh
+    # What a part has been through would have to be carried over where the whole body loses its symmetry.
+    part = () if durations is not None else part_of(problem, applied, under)
+    mesh = mesh_of(problem, body, part).mesh
     model = model_of(problem, mesh)
-    return Simulation(problem, mesh, model, pressures, paths, targets, coefficient, stiffness, towards)
+    return Simulation(problem, mesh, model, pressures, paths, targets, coefficient, stiffness, towards, durations)
 
 
 def _friction(problem: Problem, coefficient: float) -> float:

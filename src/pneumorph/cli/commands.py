@@ -90,6 +90,21 @@ def simulate(
         float | None,
         typer.Option(help="Coefficient of friction on obstacles; by default that of the problem. Use small steps."),
     ] = None,
+    rate: Annotated[
+        str | None,
+        typer.Option(
+            metavar="2kPa/s",
+            help="How fast the first that is swept changes: rubber with a relaxation relaxes on the way.",
+        ),
+    ] = None,
+    cycles: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=1000,
+            help="Sweep there and back so many times, and tell the energy lost: rubber with a softening softens.",
+        ),
+    ] = None,
     one_by_one: Annotated[
         bool,
         typer.Option("--one-by-one", help="Sweep one chamber after another; others stay at the start of their sweep."),
@@ -133,6 +148,8 @@ def simulate(
         volumes=volume or [],
         moves=move or [],
         friction=friction,
+        rate=rate,
+        cycles=cycles,
         one_by_one=one_by_one,
         block=block or [],
         stiffness=stiffness,

@@ -26,6 +26,7 @@ from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.format import part_note
 from pneumorph.problem.materials import materials
 from pneumorph.problem.sources import doubt
+from pneumorph.results import Cycle
 
 
 def simulate(
@@ -35,6 +36,8 @@ def simulate(
     volumes: list[str],
     moves: list[str],
     friction: float | None,
+    rate: str | None,
+    cycles: int | None,
     one_by_one: bool,
     block: list[str],
     stiffness: bool,
@@ -59,6 +62,10 @@ def simulate(
         Constant and swept poses.
     friction : float or None
         Coefficient; by default that of the problem.
+    rate : str or None
+        Of the first that is swept, "2kPa/s".
+    cycles : int or None
+        How often sweeps go there and back.
     one_by_one : bool
         Whether chambers are swept one after another.
     block : list of str
@@ -99,7 +106,7 @@ def simulate(
     for option, path in files.items():
         for folder in _check(option, path):
             console.print(Text(f"the folder {folder} is made for {path.name if path else ''}"), soft_wrap=True)
-    options = moved, friction, filled, stiffness, along
+    options = moved, friction, filled, stiffness, along, rate, cycles
     simulation = design.prepare_simulation(given, block, one_by_one, task, *options)
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")
@@ -122,6 +129,8 @@ def simulate(
                     console.print(line, soft_wrap=True)
                 said()
                 progress.advance(progress.task_ids[0])
+        for cycle in (each for curve in curves for each in curve.cycles):
+            console.print(Text(cycle_line(cycle)), soft_wrap=True)
     except Interrupted as error:
         stop = error
     finally:
@@ -139,6 +148,13 @@ def simulate(
         reason = next(step.reason for step in steps if not step.converged)
         missing = simulation.count - len(sweep.found)
         raise ComputationError(f"{missing} of {simulation.count} steps have no equilibrium: {reason}{kept}")
+
+
+def cycle_line(cycle: Cycle) -> str:
+    """A line on a cycle."""
+    share = f" ({100.0 * cycle.lost / cycle.work:.3g} %)" if cycle.work > 0.0 else ""
+    lost = f"{cycle.lost:.4g} mJ of {cycle.work:.4g} mJ do not come back{share}"
+    return f"{cycle.task}: in cycle {cycle.number} {lost}"
 
 
 PRESSURES = "a chamber with its pressure; write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"

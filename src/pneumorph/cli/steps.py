@@ -66,8 +66,9 @@ class Rows:
 
 
 def given(step: SweepStep) -> list[Cell]:
-    """Pressures, and where obstacles and the plate are held."""
+    """Time, pressures, and where obstacles and the plate are held."""
     return [
+        *([] if step.time is None else [Cell("time s", f"{step.time:.4g}")]),
         *(Cell(f"{name} kPa", f"{1e3 * value:.4g}") for name, value in sorted(step.pressures.items())),
         *(cell for name, by in step.moves.items() for cell in _vector(f"{name} moved ", by, 3, "mm")),
         *(cell for name, by in step.turns.items() for cell in _vector(f"{name} turned ", np.degrees(by), 2, "°")),

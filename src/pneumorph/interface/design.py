@@ -157,6 +157,8 @@ class Design:
         volumes: Mapping[str, Any] | None = None,
         stiffness: bool = False,
         along: str | None = None,
+        rate: Any = None,
+        cycles: int | None = None,
     ) -> Sweep:
         """Find equilibria at the tasks' pressures, or along sweeps of pressure or of places of obstacles.
 
@@ -179,11 +181,15 @@ class Design:
         friction : float, by default that of the problem
             Coefficient of friction on obstacles. States then depend on the steps before: begin where nothing touches.
         volumes : mapping of chambers to "12 ml" or "0:12:1 ml"
-            Liquid that is filled in, in place of a pressure.
+            Liquid that is filled in beyond what is there at rest, in place of a pressure, which is found.
         stiffness : bool
             Find the stiffness of the tip at every step, see `TipStiffness`.
         along : str, such as "x", "-z" or "1,0,1"
             Find the force with which the tip presses where it is kept from moving in this direction, too.
+        rate : str or pint quantity, such as "2 kPa/s"
+            How fast the first that is swept changes: steps take time, in which rubber relaxes.
+        cycles : int
+            How often sweeps go there and back: rubber softens, and `Sweep.cycles` have the energy lost.
 
         Raises
         ------
@@ -201,7 +207,7 @@ class Design:
         True
         """
         began, curves = time.perf_counter(), list[Curve]()
-        options = moves, friction, volumes, stiffness, along
+        options = moves, friction, volumes, stiffness, along, rate, cycles
         prepared = self.prepare_simulation(pressures, block, one_by_one, task, *options)
         for _ in prepared.run(curves):
             pass
@@ -218,12 +224,14 @@ class Design:
         volumes: Mapping[str, Any] | None = None,
         stiffness: bool = False,
         along: str | None = None,
+        rate: Any = None,
+        cycles: int | None = None,
     ) -> Simulation:
         """Prepare what `simulate` does, to be run step by step.
 
         Parameters
         ----------
-        pressures, block, one_by_one, task, moves, friction, volumes, stiffness, along
+        pressures, block, one_by_one, task, moves, friction, volumes, stiffness, along, rate, cycles
             As for `simulate`.
 
         Raises
@@ -233,7 +241,7 @@ class Design:
         """
         names = [block] if isinstance(block, str) else block
         own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
-        options = pressures or {}, names, one_by_one, moves, friction, volumes, stiffness, along
+        options = pressures or {}, names, one_by_one, moves, friction, volumes, stiffness, along, rate, cycles
         return prepare_simulation(self.problem, self.body, own, *options)
 
     def explorer(self, task: str | None = None) -> Explorer:

@@ -13,7 +13,7 @@ from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.sweeps import csv_text, table
 from pneumorph.problem.components import MOTION_OF
 from pneumorph.problem.objectives.words import MOTION_WORDS
-from pneumorph.results import SweepStep, to_json
+from pneumorph.results import Cycle, SweepStep, to_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,11 +56,17 @@ class Sweep:
         """The steps that have an equilibrium."""
         return [step for step in self.steps if step.converged]
 
+    @property
+    def cycles(self) -> list[Cycle]:
+        """The energy of every cycle of all curves, in their order."""
+        return [cycle for curve in self.curves for cycle in curve.cycles]
+
     def to_json(self) -> dict[str, Any]:
         """The steps and the size of the model, as ``pneumorph simulate --json`` writes them."""
         model = self.simulation.model
         steps = [to_json(step) for step in self.steps]
-        return {"steps": steps, "elements": model.elements, "dofs": model.size, "seconds": self.seconds}
+        cycles = {"cycles": [to_json(cycle) for cycle in self.cycles]} if self.cycles else {}
+        return {"steps": steps, **cycles, "elements": model.elements, "dofs": model.size, "seconds": self.seconds}
 
     def to_csv(self) -> str:
         """A table with a line per step and units in the header, as ``pneumorph simulate --csv`` writes it."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf, sqrt
+from dataclasses import replace
+from math import inf, log, sqrt
 from types import MappingProxyType
 
 import jax.numpy as jnp
@@ -28,6 +29,9 @@ from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane, Reinfor
 from pneumorph.mechanics.elements.seal import SealPressure
 from pneumorph.mechanics.elements.terms import Connectivity, Loads
 from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.energies import Energy
+from pneumorph.mechanics.material.homogeneous import principal_energy
+from pneumorph.mechanics.material.memory import Memory, Softening, after_pulls
 from pneumorph.mechanics.material.rubber import Rubber
 from pneumorph.mechanics.solve.equilibrium import build_loads
 from pneumorph.mesh import TetMesh, unfold
@@ -52,6 +56,7 @@ from pneumorph.problem.material import ArrudaBoyce, Gent, Material, MooneyRivlin
 from pneumorph.problem.materials import materials
 from pneumorph.problem.regions import REST
 from pneumorph.problem.reinforcement import buckling_of, wrinkling_of
+from pneumorph.problem.scaled import scaled
 
 MIXED_FROM = 50.0
 """κ/μ from which `mesh.element = "auto"` selects mixed elements.
@@ -63,11 +68,38 @@ mixed ones lose 0.04 % at every κ/μ, at a tenth more per factorisation.
 
 
 def rubber_of(material: Material) -> Rubber:
-    """The rubber of a table [material].
+    """The rubber of a table [material], elastic in its state, with what it remembers.
 
     Gent's limit and the locking of Arruda and Boyce bound the valid stretch, whatever the table says: by the stretch
     of equibiaxial tension, which of all deformations reaches them first.
     """
+    energy, own, locking = _law(material)
+    valid = min(locking, material.valid_stretch or inf)
+    memory = _memory(material, Memory(energy, (*own, material.bulk_modulus))) if material.remembers else None
+    if "relaxed" in material.state:
+        # All energies are proportional to their moduli.
+        material = scaled(material, 1.0 - material.relaxing, name=material.name, source="", bulk=material.bulk_modulus)
+        own = _law(material)[1]
+    if "softened" in material.state:
+        after = _memory(material, Memory(energy, (*own, material.bulk_modulus)))
+        energy, own = after_pulls(energy), (*after.softening, after.worst, *own)
+    return Rubber(energy, (*own, material.bulk_modulus), material.density, None if valid == inf else valid, memory)
+
+
+def _memory(material: Material, elastic: Memory) -> Memory:
+    """What a rubber remembers, before any load; in the state "softened" a pull."""
+    spec, worst, softening = material.softening, 0.0, Softening()
+    if spec is not None:
+        softening = Softening(1.0 / spec.r, spec.m, spec.beta)
+    if spec is not None and spec.stretch is not None and "softened" in material.state:
+        logs = log(spec.stretch) * np.array([[1.0], [-0.5], [-0.5]])
+        worst = float(principal_energy(elastic.isochoric, jnp.array(elastic.parameters), logs)[0])
+    shares, times = ([getattr(part, key) for part in material.relaxation] for key in ("share", "time"))
+    return replace(elastic, shares=tuple(shares), times=tuple(times), softening=softening, worst=worst)
+
+
+def _law(material: Material) -> tuple[Energy, tuple[float, ...], float]:
+    """ψ_iso of a first pull with its parameters but for κ, and the stretch at which it locks."""
     match material:
         case NeoHookean():
             energy, own, locking = energies.neo_hookean, (material.shear_modulus,), inf
@@ -86,8 +118,7 @@ def rubber_of(material: Material) -> Rubber:
         case Ogden():
             terms = [(term.modulus, term.exponent) for term in material.terms]
             energy, own, locking = energies.ogden, tuple(number for term in terms for number in term), inf
-    valid = min(locking, material.valid_stretch or inf)
-    return Rubber(energy, (*own, material.bulk_modulus), material.density, None if valid == inf else valid)
+    return energy, own, locking
 
 
 def equibiaxial_stretch(first_invariant: float) -> float:

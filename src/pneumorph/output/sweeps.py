@@ -29,7 +29,7 @@ Row = list[str | float | bool]
 def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], list[Row]]:
     """Header, with units, and a row per step; values of steps without an equilibrium are NaN."""
     blocked = reactions(curves)
-    header = ["task", "swept"]
+    header = ["task", "swept", *(["time_s"] if _timed(curves) else [])]
     header += [f"pressure_{name}_kPa" for name in chambers]
     header += [f"move_{name}_{axis}_mm" for name in _moved(curves) for axis in AXES]
     header += [f"turn_{name}_{axis}_deg" for name in _turned(curves) for axis in AXES]
@@ -58,6 +58,11 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
 def _errors(curves: Sequence[Curve]) -> list[str]:
     """Names of the distances from targets that some step has, with their units."""
     return sorted({name for curve in curves for step in curve.found for name in step.errors})
+
+
+def _timed(curves: Sequence[Curve]) -> bool:
+    """Whether steps have times."""
+    return any(step.time is not None for curve in curves for step in curve.steps)
 
 
 def touched(curves: Sequence[Curve]) -> list[str]:
@@ -98,6 +103,7 @@ def _touches_itself(curves: Sequence[Curve]) -> bool:
 def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], curves: Sequence[Curve]) -> Row:
     obstacles = touched(curves)
     return [
+        *([nan if step.time is None else step.time] if _timed(curves) else []),
         *(1e3 * step.pressures[name] for name in chambers),
         *(part for name in _moved(curves) for part in step.moves.get(name, (0.0, 0.0, 0.0))),
         *(degrees(part) for name in _turned(curves) for part in step.turns.get(name, (0.0, 0.0, 0.0))),

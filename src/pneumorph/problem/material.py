@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from functools import cache
 from importlib import resources
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import (
     BeforeValidator,
@@ -25,6 +25,7 @@ from pydantic_core import CoreSchema, InitErrorDetails
 
 from pneumorph import units
 from pneumorph.errors import short
+from pneumorph.problem.memory import MEMORY, RelaxingPart, Softening, State
 from pneumorph.problem.stiffness import FOAM, INCOMPRESSIBLE, neo_hookean_table, no_rubber
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
 
@@ -50,6 +51,12 @@ class RubberModel(Table):
     """Relative standard deviation of the moduli, e.g. 0.1; by default half the range of what sources give."""
     source: Annotated[str, Field(max_length=2000)] = ""
     """Where the parameters come from."""
+    relaxation: Annotated[tuple[RelaxingPart, ...], Field(max_length=12)] = ()
+    """Parts of the moduli that relax, in simulations with a rate: relaxation = [{ share = 0.1, time = "10 s" }]."""
+    softening: Softening | None = None
+    """Softening by earlier stretches, in simulations with cycles: softening = { r = 2.0, m = "5 kPa" }."""
+    state: State = "first pull"
+    """What elastic rubber it is otherwise, as in a design: relaxed for ever, softened up to softening.stretch, or both."""
     blamed_key: ClassVar[str] = "shear_modulus"
     """The key named in the error when the initial shear modulus is not positive."""
     locks: ClassVar[bool] = False
@@ -80,6 +87,26 @@ class RubberModel(Table):
                 "compressible = true",
             )
         return self
+
+    @model_validator(mode="after")
+    def _is_in_a_state(self) -> RubberModel:
+        if not self.relaxing < 1:
+            raise InvalidKey("relaxation", f"has shares that add up to {self.relaxing:g}; they must leave some of 1")
+        if "relaxed" in self.state and not self.relaxation:
+            raise InvalidKey("state", 'is "relaxed" without a relaxation; add relaxation = [{ share, time }, …]')
+        if "softened" in self.state and (self.softening is None or self.softening.stretch is None):
+            raise InvalidKey("state", 'is "softened" up to no stretch; add softening = { r, m, stretch = 1.5 }')
+        return self
+
+    @property
+    def relaxing(self) -> float:
+        """The share of the moduli that relaxes."""
+        return sum(part.share for part in self.relaxation)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether it relaxes or softens."""
+        return bool(self.relaxation) or self.softening is not None
 
     @classmethod
     def _unknown_and_missing(cls, data: dict[Any, Any]) -> Iterator[InitErrorDetails]:
@@ -232,7 +259,10 @@ MODELS = {
     "ogden": Ogden,
 }
 
-_PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} - {"name"} | {"youngs_modulus", "shore"}
+_PARAMETERS = {key for model in MODELS.values() for key in model.model_fields} - {"name", *MEMORY} | {
+    "youngs_modulus",
+    "shore",
+}
 
 
 BESIDE = ("assumed", "others", "chosen", "history")
@@ -265,7 +295,7 @@ def _from_the_library(data: Any) -> Any:
     name, known = data.get("name"), library()
     table = known.get(name) if isinstance(name, str) else None
     # Keys that no model has are faults of their own.
-    if data.keys() & _PARAMETERS if table else data.keys() - {"name"}:
+    if data.keys() & _PARAMETERS if table else data.keys() - {"name", *MEMORY}:
         model = data.get("model", "neo-hookean")
         if not isinstance(model, str) or model not in MODELS:
             shown = f'"{short(model)}"' if isinstance(model, str) else f"a {type(model).__name__}"
@@ -276,7 +306,7 @@ def _from_the_library(data: Any) -> Any:
             )
         return neo_hookean_table(data)
     if table:
-        return {**data, **{key: value for key, value in table.items() if key not in BESIDE}}
+        return {**{key: value for key, value in table.items() if key not in BESIDE}, **data}
     wrong = "is missing" if name is None else f'"{short(name)}" is not in the library'
     raise InvalidKey("name", f"{wrong}; {_names_like(name)} Or give a model, its parameters, bulk_modulus and density")
 
@@ -301,6 +331,13 @@ def _tag(data: Any) -> str:
     return TAG + model
 
 
+_MEMORY_SCHEMA = {
+    "relaxation": {"type": "array"},
+    "softening": {"type": "object"},
+    "state": {"enum": list(get_args(State))},
+}
+
+
 class _ByNameAlone:
     """JSON schema of a material, which may also be just a name from the library."""
 
@@ -309,7 +346,7 @@ class _ByNameAlone:
             "type": "object",
             "title": "Elastomer",
             "description": "A rubber from the library.",
-            "properties": {"name": {"enum": list(library())}},
+            "properties": {"name": {"enum": list(library())}, **_MEMORY_SCHEMA},
             "required": ["name"],
             "additionalProperties": False,
         }
@@ -325,6 +362,7 @@ class _ByNameAlone:
                 "density": Quantity(units.DENSITY, "positive").json_schema(),
                 "valid_stretch": {"type": "number", "exclusiveMinimum": 1},
                 "source": {"type": "string"},
+                **_MEMORY_SCHEMA,
             },
             "required": ["density"],
             "oneOf": [{"required": ["youngs_modulus", "poisson"]}, {"required": ["shore"]}],

@@ -13,7 +13,15 @@ from pneumorph.units import MODULUS, parse, write
 _reader: TypeAdapter[Any] = TypeAdapter(Material)
 
 
-def scaled(material: Material, factor: float, *, name: str, source: str, scatter: float | None = None) -> Material:
+def scaled(
+    material: Material,
+    factor: float,
+    *,
+    name: str,
+    source: str,
+    scatter: float | None = None,
+    bulk: float | None = None,
+) -> Material:
     """A rubber with all moduli times a factor, under another name.
 
     Parameters
@@ -22,12 +30,15 @@ def scaled(material: Material, factor: float, *, name: str, source: str, scatter
     factor : positive.
     name, source : of the new one.
     scatter : relative standard deviation of its moduli, if it is known.
+    bulk : another bulk modulus, MPa.
     """
     table = material.model_dump(mode="json", exclude_none=True)
     kept = {key: value for key, value in table.items() if key not in ("name", "source", "scatter", "density")}
     words: dict[str, Any] = {"name": name, "source": source, "density": table["density"]}
     if scatter is not None:
         words["scatter"] = scatter
+    if bulk is not None:
+        words["bulk_modulus"] = write(bulk, MODULUS)
     return _reader.validate_python({key: _times(value, factor) for key, value in kept.items()} | words)
 
 

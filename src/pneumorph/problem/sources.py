@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from pneumorph import units
 from pneumorph.problem.material import Gent, NeoHookean, Ogden, RubberModel, Yeoh, elastomer, library
+from pneumorph.problem.memory import MEMORY
 from pneumorph.problem.stiffness import gent
 
 MOST_DEVIATION = 0.5
@@ -102,7 +103,11 @@ def at_100_percent(material: RubberModel) -> float:
 def _entry(material: RubberModel) -> Mapping[str, Any]:
     """What the library has of a rubber that is its own."""
     known = library()
-    return known[material.name] if material.name in known and material == elastomer(material.name) else {}
+    if material.name not in known:
+        return {}
+    # What it remembers is beside what the library has.
+    own = elastomer(material.name)
+    return known[material.name] if material.model_copy(update={key: getattr(own, key) for key in MEMORY}) == own else {}
 
 
 def _read(entry: Mapping[str, Any], material: RubberModel) -> OtherSource:

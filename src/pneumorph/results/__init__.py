@@ -5,6 +5,7 @@ from pneumorph.results.nodal import nodal_stress, nodal_stretch
 from pneumorph.results.objects import from_json, to_json
 from pneumorph.results.records import (
     Cause,
+    Cycle,
     FineResult,
     HistoryEntry,
     Motion,
@@ -18,6 +19,7 @@ from pneumorph.results.records import (
 
 __all__ = [
     "Cause",
+    "Cycle",
     "Fields",
     "FineResult",
     "HistoryEntry",

@@ -371,6 +371,8 @@ class SweepStep:
         The same of reactions and volumes; else empty.
     stiffness : TipStiffness or None
         If it was asked for.
+    time : float or None
+        s since the first step, where the sweep has a rate.
     """
 
     task: str
@@ -405,3 +407,26 @@ class SweepStep:
     fine_reaction: Mapping[str, float] = field(default_factory=dict)
     fine_volumes: Mapping[str, float] = field(metadata={"key": "fine_volume_mm3"}, default_factory=dict)
     stiffness: TipStiffness | None = field(metadata={"one": TipStiffness}, default=None)
+    time: float | None = field(metadata={"key": "time_s"}, default=None)
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """The energy of a cycle of a sweep there and back.
+
+    Attributes
+    ----------
+    task : str
+        As of its steps.
+    number : int
+        From 1.
+    work : float
+        That pressures, and what holds the plate, do on the way there, mJ.
+    lost : float
+        What is left of it after the way back, mJ: in the first cycles, some of it may be stored.
+    """
+
+    task: str
+    number: int
+    work: float = field(metadata={"key": "work_mJ"})
+    lost: float = field(metadata={"key": "lost_mJ"})
