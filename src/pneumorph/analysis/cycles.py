@@ -88,7 +88,9 @@ def _cycled(path: PressurePath, cycles: int) -> PressurePath:
 def _durations(path: PressurePath, rate: Any) -> list[float]:
     """Infinite for the first step; zero without a rate, where nothing relaxes."""
     first = path.swept[0]
-    values = np.array([_value(first, *each) for each in zip(path.steps, path.moves, path.holds, path.volumes, strict=True)])
+    values = np.array(
+        [_value(first, *each) for each in zip(path.steps, path.moves, path.holds, path.volumes, strict=True)]
+    )
     speed = inf if rate is None else units.parse_positive("rate", units.text_of(rate), _kind_of_rate(first, path))
     return [inf, *(float(change) / speed for change in np.abs(np.diff(values)))]
 
@@ -135,7 +137,9 @@ def _work(before: SweepStep, after: SweepStep) -> float:
     )
     # The plate exerts its reactions on what holds it.
     held = sum(
-        -0.5 * (before.reaction[name] + after.reaction[name]) * (after.holds.get(name, 0.0) - before.holds.get(name, 0.0))
+        -0.5
+        * (before.reaction[name] + after.reaction[name])
+        * (after.holds.get(name, 0.0) - before.holds.get(name, 0.0))
         for name in {*before.holds, *after.holds}
     )
     return volumes + held
