@@ -1,4 +1,4 @@
-"""Rubber that remembers: relaxation against its integrals, softening against its formula, and no energy from nothing."""
+"""Rubber that remembers: relaxation against integrals, softening against its formula, and no energy from nothing."""
 
 from dataclasses import replace
 from functools import partial
@@ -6,7 +6,7 @@ from functools import partial
 import jax
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.special import erf
 
 from pneumorph.mechanics import (
@@ -85,12 +85,13 @@ def integral(memory: Memory, end: float) -> float:
     """The nominal stress of the hereditary integral at a time, by quadrature."""
     along, across = extra(memory, sine(end))
     for g, t in zip(memory.shares, memory.times, strict=True):
-        lost = [
-            quad(
-                lambda s, k=k, g=g, t=t: g / t * np.exp((s - end) / t) * extra(memory, sine(s))[k], 0, end, epsabs=1e-14
-            )[0]
-            for k in (0, 1)
-        ]
+        lost = []
+        for k in (0, 1):
+
+            def decayed(s: float, k=k, g=g, t=t) -> float:
+                return g / t * np.exp((s - end) / t) * extra(memory, sine(s))[k]
+
+            lost.append(quad(decayed, 0, end, epsabs=1e-14)[0])
         along, across = along - lost[0], across - lost[1]
     stretch = sine(end)
     return stretch * along - across / stretch**2

@@ -50,6 +50,9 @@ class Softening(NamedTuple):
     slope: float = 0.0
 
 
+NO_SOFTENING = Softening()
+
+
 @dataclass(frozen=True)
 class Memory:
     """What a rubber remembers.
@@ -71,7 +74,7 @@ class Memory:
     parameters: tuple[float, ...]
     shares: tuple[float, ...] = ()
     times: tuple[float, ...] = ()
-    softening: Softening = Softening()
+    softening: Softening = NO_SOFTENING
     worst: float = 0.0
 
 
