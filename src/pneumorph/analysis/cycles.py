@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from math import inf
 from typing import Any
 
@@ -123,7 +124,7 @@ def cycles_of(task: str, steps: Sequence[SweepStep], per_cycle: int) -> list[Cyc
         own = steps[first : first + per_cycle + 1]
         if not all(step.converged for step in own):
             break
-        works = [_work(*pair) for pair in zip(own[:-1], own[1:], strict=True)]
+        works = [_work(*pair) for pair in pairwise(own)]
         there = sum(works[: per_cycle // 2])
         found.append(Cycle(task, len(found) + 1, work=there, lost=sum(works)))
     return found

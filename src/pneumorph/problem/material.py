@@ -56,7 +56,7 @@ class RubberModel(Table):
     softening: Softening | None = None
     """Softening by earlier stretches, in simulations with cycles: softening = { r = 2.0, m = "5 kPa" }."""
     state: State = "first pull"
-    """What elastic rubber it is elsewhere, as in designs: relaxed for ever, softened up to softening.stretch, or both."""
+    """What elastic rubber it is elsewhere, as in designs: relaxed for ever, softened up to softening.stretch, both."""
     blamed_key: ClassVar[str] = "shear_modulus"
     """The key named in the error when the initial shear modulus is not positive."""
     locks: ClassVar[bool] = False
