@@ -6,6 +6,7 @@ from functools import partial
 import jax
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 from scipy.integrate import quad
 from scipy.special import erf
 
@@ -16,6 +17,7 @@ from pneumorph.mechanics import (
     build_loads,
     build_model,
     configure,
+    rubber_of,
     sweep,
     sweep_with_memory,
 )
@@ -32,6 +34,7 @@ from pneumorph.mechanics.material.memory import (
 )
 from pneumorph.mechanics.material.rubber import nominal_stress as stress_of
 from pneumorph.mechanics.solve.memory_sweep import past_after, rested, with_memory
+from pneumorph.problem.material import Material
 from pneumorph.verify.prescribed import equilibrium, prescribed, residual
 from pneumorph.verify.solids import distorted_cube, tube
 
@@ -219,3 +222,31 @@ def test_a_tube_is_elastic_infinitely_fast_and_slow_and_loses_energy_between():
     assert np.all(between[1:] > elastic[0][1:])
     assert np.all(between[1:5] < elastic[1][1:5])
     assert np.trapezoid(cycle, between) > 0.02 * np.trapezoid(up, between[:5])
+
+
+def states(state: str) -> Rubber:
+    table = {
+        "name": "Dragon Skin 30",
+        "relaxation": [{"share": 0.2, "time": "5 s"}],
+        "softening": {"r": 2.0, "m": "20 kPa", "beta": 0.1, "stretch": 1.8},
+        "state": state,
+    }
+    return rubber_of(TypeAdapter(Material).validate_python(table))
+
+
+def test_designs_are_elastic_in_a_state():
+    """Relaxed it has what is left of the moduli; softened, the stress of a second pull."""
+    first, relaxed, softened, both = map(states, ("first pull", "relaxed", "softened", "softened and relaxed"))
+    pulls = np.array([1.2, 1.5, 1.7, 2.5])
+    at_first, at_relaxed, at_softened, at_both = (
+        nominal_stress(each.isochoric, np.array(each.parameters[:-1]), pulls)
+        for each in (first, relaxed, softened, both)
+    )
+    np.testing.assert_allclose(at_relaxed, 0.8 * at_first, rtol=1e-10)
+    np.testing.assert_allclose(at_both, 0.8 * at_softened, rtol=1e-10)
+    assert relaxed.bulk_modulus == first.bulk_modulus == both.bulk_modulus
+    again = stresses(replace(first.memory, shares=(), times=()), [1.8, *pulls], [1.0] * 5)[1:]
+    np.testing.assert_allclose(at_softened, again, rtol=1e-10)
+    assert at_softened[0] < 0.8 * at_first[0]
+    assert at_softened[-1] == pytest.approx(at_first[-1], rel=1e-12)
+    assert softened.memory.worst > first.memory.worst == 0.0

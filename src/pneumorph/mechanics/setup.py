@@ -92,7 +92,7 @@ def _memory(material: Material, elastic: Memory) -> Memory:
     if spec is not None:
         softening = Softening(1.0 / spec.r, spec.m, spec.beta)
     if spec is not None and spec.stretch is not None and "softened" in material.state:
-        logs = log(spec.stretch) * np.array([[1.0], [-0.5], [-0.5]])
+        logs = log(spec.stretch) * jnp.array([[1.0], [-0.5], [-0.5]])
         worst = float(principal_energy(elastic.isochoric, jnp.array(elastic.parameters), logs)[0])
     shares, times = ([getattr(part, key) for part in material.relaxation] for key in ("share", "time"))
     return replace(elastic, shares=tuple(shares), times=tuple(times), softening=softening, worst=worst)

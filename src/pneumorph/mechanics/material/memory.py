@@ -191,7 +191,8 @@ def energy_and_stress(memory: Memory, worst: np.ndarray, F: np.ndarray) -> tuple
     """
     shape = F.shape[2:]
     flat = F.reshape(3, 3, -1)
-    C = np.einsum("kin,kjn->nij", flat, flat) / np.cbrt(determinant(flat) ** 2)[:, None, None]
+    ratio = np.asarray(determinant(jnp.asarray(flat)))
+    C = np.einsum("kin,kjn->nij", flat, flat) / np.cbrt(ratio**2)[:, None, None]
     squares, axes = np.linalg.eigh(C)
     logs, parameters = 0.5 * np.log(squares.T), np.array(memory.parameters)
     psi, slope = _by_logs(memory.isochoric, parameters, logs)
