@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Iterator
 from functools import cache
 from importlib import resources
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -331,22 +331,18 @@ def _tag(data: Any) -> str:
     return TAG + model
 
 
-_MEMORY_SCHEMA = {
-    "relaxation": {"type": "array"},
-    "softening": {"type": "object"},
-    "state": {"enum": list(get_args(State))},
-}
-
-
 class _ByNameAlone:
     """JSON schema of a material, which may also be just a name from the library."""
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        models = handler(schema)
+        one = handler.resolve_ref_schema(models["oneOf"][0])["properties"]
+        memory = {key: one[key] for key in MEMORY}
         by_name = {
             "type": "object",
             "title": "Elastomer",
             "description": "A rubber from the library.",
-            "properties": {"name": {"enum": list(library())}, **_MEMORY_SCHEMA},
+            "properties": {"name": {"enum": list(library())}, **memory},
             "required": ["name"],
             "additionalProperties": False,
         }
@@ -362,13 +358,13 @@ class _ByNameAlone:
                 "density": Quantity(units.DENSITY, "positive").json_schema(),
                 "valid_stretch": {"type": "number", "exclusiveMinimum": 1},
                 "source": {"type": "string"},
-                **_MEMORY_SCHEMA,
+                **memory,
             },
             "required": ["density"],
             "oneOf": [{"required": ["youngs_modulus", "poisson"]}, {"required": ["shore"]}],
             "additionalProperties": False,
         }
-        return {"anyOf": [by_name, by_stiffness, handler(schema)]}
+        return {"anyOf": [by_name, by_stiffness, models]}
 
 
 Material = Annotated[
