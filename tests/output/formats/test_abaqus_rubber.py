@@ -7,9 +7,11 @@ from installed import needs
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import Tangent, build_loads, build_model, configure, rubber_of, solve
 from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.memory import after_pulls
 from pneumorph.mechanics.material.rubber import Rubber, nominal_stress
 from pneumorph.output.formats.abaqus import abaqus_input, body_lines, rubber_lines
 from pneumorph.output.formats.abaqus_rubber import can_hold, hyperelastic
+from pneumorph.output.formats.febio import material_of
 from pneumorph.problem.material import elastomer, library
 from pneumorph.verify import calculix
 from pneumorph.verify.solids import bar, tube
@@ -117,3 +119,10 @@ def test_a_model_with_a_limit_is_refused():
     with pytest.raises(ProblemError, match="Gent") as refused:
         abaqus_input(mesh, at)
     assert not can_hold(of) and "\n" not in str(refused.value)
+
+
+def test_softened_rubber_has_no_keyword():
+    softened = Rubber(after_pulls(energies.neo_hookean), (0.5, 0.01, 0.1, 0.02, 0.05, 5.0), 1e-9)
+    assert not can_hold(softened)
+    with pytest.raises(ProblemError, match="softened"):
+        material_of(softened)

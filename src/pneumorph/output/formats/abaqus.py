@@ -16,6 +16,7 @@ import numpy as np
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import Configuration, whole_of
 from pneumorph.mechanics.elements.reinforcement import Membrane
+from pneumorph.mechanics.material import energies
 from pneumorph.mesh.tets import Covered, TetMesh, area_vectors
 from pneumorph.output.formats.abaqus_rubber import can_hold, hyperelastic
 from pneumorph.problem.regions import REST
@@ -122,9 +123,12 @@ def rubber_lines(mesh: TetMesh, at: Configuration) -> Iterator[str]:
     rubbers = at.model.rubbers
     for name, rubber in rubbers.items():
         if not can_hold(rubber):
+            softened = rubber.isochoric is not energies.gent
+            what = "softened rubber" if softened else "Gent's model"
+            fix = 'export with state = "first pull"' if softened else "fit one of the others by pneumorph material fit"
             raise ProblemError(
-                f"input files for Abaqus and CalculiX cannot hold Gent's model, which {name or REST} has: "
-                "fit one of the others by pneumorph material fit, or export feb"
+                f"input files for Abaqus and CalculiX cannot hold {what}, which {name or REST} has: {fix}, or export "
+                f"{'vtu' if softened else 'feb'}"
             )
     for number, name in enumerate(mesh.regions or rubbers, 1):
         material = f"RUBBER{number if mesh.regions else ''}"

@@ -14,6 +14,15 @@ from pneumorph.mechanics.material.rubber import Rubber
 MOST_YEOH, MOST_OGDEN = 3, 3
 """Terms that CalculiX 2.20 reads; Abaqus reads six of both."""
 
+_MODELS = (
+    energies.neo_hookean,
+    energies.mooney_rivlin,
+    energies.polynomial,
+    energies.yeoh,
+    energies.arruda_boyce,
+    energies.ogden,
+)
+
 _PER_LINE = 8
 """Constants on a line of *HYPERELASTIC."""
 
@@ -22,8 +31,8 @@ _NONE = 1e20
 
 
 def can_hold(rubber: Rubber) -> bool:
-    """Whether the manuals have the model; they have none with a limit of Ī₁, as Gent's."""
-    return rubber.isochoric is not energies.gent
+    """Whether the manuals have the model; they have none with a limit of Ī₁, as Gent's, or of softened rubber."""
+    return rubber.isochoric in _MODELS
 
 
 def hyperelastic(rubber: Rubber) -> Iterator[str]:

@@ -75,7 +75,13 @@ def febio_input(mesh: TetMesh, at: Configuration) -> bytes:
 
 
 def material_of(rubber: Rubber) -> tuple[str, dict[str, float]]:
-    """FEBio's name of a rubber's model, and the parameters of it."""
+    """FEBio's name of a rubber's model, and the parameters of it.
+
+    Raises
+    ------
+    ProblemError
+        If FEBio has no such model.
+    """
     *own, bulk = (float(value) for value in rubber.parameters)
     uncoupled = {"k": bulk, "pressure_model": _ABAQUS}
     match rubber.isochoric:
@@ -97,7 +103,7 @@ def material_of(rubber: Rubber) -> tuple[str, dict[str, float]]:
             for i, (modulus, exponent) in terms:
                 ogden |= {f"c{i}": 2 * modulus, f"m{i}": exponent}
             return "Ogden", ogden | uncoupled
-    raise ValueError("a model that FEBio does not have")
+    raise ProblemError('material: FEBio has no model of softened rubber; export with state = "first pull"')
 
 
 def yeoh_of_arruda_boyce(shear: float, locking: float) -> list[float]:
