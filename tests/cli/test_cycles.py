@@ -44,6 +44,13 @@ def test_cycles_of_elastic_rubber_lose_nothing(run, tiny, tmp_path):
     assert stored["steps"][0].get("time_s") is None
 
 
+def test_a_sweep_one_way_has_no_cycles(run, tiny, tmp_path):
+    result = run("simulate", tiny, "--pressure", "A=0:40:20kPa", "--json", tmp_path / "s.json")
+    assert result.exit_code == 0, result.output
+    assert "cycles" not in json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))
+    assert "cycle" not in result.output
+
+
 SWEEP = ("--pressure", "A=0:60:30kPa")
 
 

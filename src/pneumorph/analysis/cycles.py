@@ -117,10 +117,10 @@ def cycles_of(task: str, steps: Sequence[SweepStep], per_cycle: int) -> list[Cyc
     ----------
     task : name of the task.
     steps : of the curve.
-    per_cycle : steps there and back.
+    per_cycle : steps there and back; 0 where there are no cycles.
     """
     found = []
-    for first in range(0, len(steps) - per_cycle, per_cycle or len(steps) + 1):
+    for first in range(0, len(steps) - per_cycle, per_cycle) if per_cycle else ():
         own = steps[first : first + per_cycle + 1]
         if not all(step.converged for step in own):
             break
