@@ -15,8 +15,8 @@ from pneumorph.output.certainty import of_sums, of_the_mesh
 from pneumorph.problem import Problem
 
 SMALL = 0.1
-"""Errors up to this part of a motion are so small that their estimates can be added."""
-CORRECTED = "the values on a fine mesh may be used in place of those of this mesh"
+"""Errors up to this part of a motion are so small that their estimates are worth adding."""
+CORRECTED = "the values on a fine mesh are most likely nearer to the truth than those of this mesh"
 UNSURE = "the error is so large that the values on a fine mesh are rough: make mesh.size smaller"
 
 
