@@ -68,6 +68,12 @@ def measured() -> dict[str, tuple[float, float]]:
     return deflections
 
 
+def write(folder: Path) -> None:
+    """The beam. Bodies have a chamber: one of 3 mm at the tip, where nothing bends."""
+    body = Box(Pnt(-15, -15, 0), Pnt(15, 15, 100)) - Box(Pnt(-1.5, -1.5, 96), Pnt(1.5, 1.5, 99))
+    body.WriteStep(str(folder / "beam.step"))
+
+
 def predicted(folder: Path, modulus: float, force: float, size: float) -> tuple[float, float]:
     """Deflection of the tip in mm with a shear modulus in kPa and a load in N, and how far the mesh is off."""
     turn, answer = 0.0, (0.0, 0.0)
@@ -102,10 +108,7 @@ def main(size: float = 8.0) -> None:
     known = measured()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # Bodies have a chamber: one of 3 mm at the tip, where nothing bends.
-        (Box(Pnt(-15, -15, 0), Pnt(15, 15, 100)) - Box(Pnt(-1.5, -1.5, 96), Pnt(1.5, 1.5, 99))).WriteStep(
-            str(folder / "beam.step")
-        )
+        write(folder)
         own = from_own_weight(folder, known["gravity"][0], size)
         print(f"| load at the tip | measured | first pull, {FIRST_PULL:.0f} kPa | from its own weight, {own:.1f} kPa |")
         print("|---|---|---|---|")

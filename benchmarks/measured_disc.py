@@ -70,12 +70,13 @@ objective = {{ kind = "maximize", motion = "extension" }}
 """
 
 
-def measured() -> dict[float, dict[float, float]]:
-    """Mean pressures in kPa by load in N and height in mm."""
+def measured(column: str = "pressure_mean_Pa") -> dict[float, dict[float, float]]:
+    """Mean pressures, or another column, in kPa by load in N and height in mm."""
     found: dict[float, dict[float, float]] = {force: {} for force in FORCES}
     with (HERE / "ringless_pressure_height.csv").open(encoding="utf-8") as file:
         for row in csv.DictReader(file):
-            found[float(row["force_N"])][float(row["height_mm"])] = 1e-3 * float(row["pressure_mean_Pa"])
+            if row[column]:
+                found[float(row["force_N"])][float(row["height_mm"])] = 1e-3 * float(row[column])
     return found
 
 
