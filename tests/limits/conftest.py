@@ -52,12 +52,12 @@ def tube_from():
     """A tube through given points on the tensor grid of its Greville parameters (interpolation)."""
 
     def make(position, n_q, n_r, size, cavity=False):
-        blank = TubeSurface("exterior", np.zeros((n_r, n_q, 3)), "flat", size, cavity)
+        blank = TubeSurface("exterior", np.zeros((n_r, n_q, 3)), ("flat", "flat"), size, cavity)
         q, r = blank.basis_q.greville, blank.basis_r.greville
         wanted = position(*np.meshgrid(q, r))
         net = np.linalg.solve(blank.basis_r.matrix(r), wanted.reshape(n_r, -1)).reshape(n_r, n_q, 3)
         net = np.einsum("ij,rjc->ric", np.linalg.inv(blank.basis_q.matrix(q)), net)
-        return TubeSurface("exterior", net, "flat", size, cavity)
+        return TubeSurface("exterior", net, ("flat", "flat"), size, cavity)
 
     return make
 

@@ -142,7 +142,7 @@ nets = st.one_of(
 
 @functools.cache
 def total_of(ends, form):
-    samples = grid(TubeSurface("exterior", np.zeros((7, 8, 3)), ends, (20.0, 12.0), cavity=False), (2, 2))
+    samples = grid(TubeSurface("exterior", np.zeros((7, 8, 3)), (ends, ends), (20.0, 12.0), cavity=False), (2, 2))
     return jax.jit(jax.value_and_grad(lambda net: sum(jnp.sum(part) for part in measures(net, samples, form))))
 
 

@@ -15,8 +15,8 @@ export function ring(radius, rows, columns, low, high, sense) {
 }
 
 export const surfaces = [
-  { kind: "tube", rows: 9, columns: 32, ends: "flat" },
-  { kind: "tube", rows: 8, columns: 24, ends: "flat" },
+  { kind: "tube", rows: 9, columns: 32, ends: ["flat", "flat"] },
+  { kind: "tube", rows: 8, columns: 24, ends: ["flat", "flat"] },
 ];
 export const nets = [ring(10, 9, 32, 0, 40, 1), ring(6, 8, 24, 5, 35, -1)];
 

@@ -40,7 +40,7 @@ test("walls between tubes, and under the ends", () => {
 });
 
 test("a body of very many control points gets fewer samples", () => {
-  const large = new Lattice([{ kind: "tube", rows: 200, columns: 60, ends: "flat" }]);
+  const large = new Lattice([{ kind: "tube", rows: 200, columns: 60, ends: ["flat", "flat"] }]);
   assert.ok(large.count < 60_000 && large.count > 10_000);
 });
 
@@ -65,7 +65,7 @@ test("values are spread from grids over tubes and discs", () => {
   const wave = grid(13, 64, (row, column) => row / 12 + 0.1 * Math.sin((2 * Math.PI * column) / 64));
   const values = lattice.spread([wave, grid(2, 2, () => 3)]);
   const { first, across, along, flat } = lattice.parts[0];
-  assert.ok(flat && first === 0);
+  assert.ok(flat[0] && flat[1] && first === 0);
   for (let i = 0; i < along; i++) {
     for (let k = 0; k < across; k++) {
       const expected = i / (along - 1) + 0.1 * Math.sin((2 * Math.PI * k) / across);

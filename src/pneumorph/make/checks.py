@@ -261,9 +261,8 @@ def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
             values = [face.Value(q[column], r[row]) for column in columns]
             away = np.array([(point.X(), point.Y(), point.Z()) for point in values]) - points[row, columns]
             nearest[row, columns] = np.minimum(nearest[row, columns], np.linalg.norm(away, axis=1))
-    if surface.ends == "pole":
-        return float(nearest.max())
     planes = [face.Pln() for face in faces if isinstance(face, Geom_Plane)]
-    discs = [cap_points(surface, tip, q, s) for tip in (False, True) for s in (0.0, 0.5, 1.0)]
-    ends = [min(plane.Distance(gp_Pnt(*point)) for plane in planes) for point in np.concatenate(discs).tolist()]
+    flat = [bool(tip) for tip, pole in enumerate(surface.poles) if not pole]
+    discs = [point for tip in flat for s in (0.0, 0.5, 1.0) for point in cap_points(surface, tip, q, s).tolist()]
+    ends = [min(plane.Distance(gp_Pnt(*point)) for plane in planes) for point in discs]
     return float(max(nearest.max(), *ends))

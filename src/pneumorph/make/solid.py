@@ -60,7 +60,7 @@ def _shell(surface: TubeSurface) -> TopoDS_Shell:
     following = [*around[1:], 0]
     rings, parallels = [], []
     for row, r in zip([*rows, rows[-1]], levels, strict=True):
-        pole = surface.ends == "pole" and r in (0.0, 1.0)
+        pole = (r == 0.0 and surface.poles[0]) or (r == 1.0 and surface.poles[1])
         if pole:
             ring = [_vertex(row[0].Value(0.0, r))] * len(row)
         else:
@@ -79,14 +79,13 @@ def _shell(surface: TubeSurface) -> TopoDS_Shell:
         for k, spline in enumerate(row):
             sides = parallels[j][k], meridians[j][following[k]], parallels[j + 1][k], meridians[j][k]
             _BUILDER.Add(shell, _patch_face(spline, *sides))
-    if surface.ends == "flat":
-        # Normals point out of the material: away from the body's middle on the exterior, towards it on a chamber.
-        out = -1.0 if surface.cavity else 1.0
-        base, tip = surface.end_centres
-        clockwise = [edge.Reversed() for edge in reversed(parallels[0])]
-        upwards, onwards = (out * np.array(direction) for direction in surface.directions)
-        _BUILDER.Add(shell, _face(Geom_Plane(_point(base), gp_Dir(*-upwards)), clockwise))
-        _BUILDER.Add(shell, _face(Geom_Plane(_point(tip), gp_Dir(*onwards)), parallels[-1]))
+    # Normals point out of the material: away from the body's middle on the exterior, towards it on a chamber.
+    out, clockwise = -1.0 if surface.cavity else 1.0, [edge.Reversed() for edge in reversed(parallels[0])]
+    upwards, onwards = (out * np.array(direction) for direction in surface.directions)
+    edges = (clockwise, parallels[-1])
+    for pole, centre, normal, rim in zip(surface.poles, surface.end_centres, (-upwards, onwards), edges, strict=True):
+        if not pole:
+            _BUILDER.Add(shell, _face(Geom_Plane(_point(centre), gp_Dir(*normal)), rim))
     shell.Closed(True)
     return shell
 

@@ -71,19 +71,18 @@ def _tube(surface: TubeSurface, chord: float) -> Triangles:
     q = _divided(surface.basis_q.breaks, np.full(surface.basis_q.spans, around))[:-1]
     r = _divided(surface.basis_r.breaks, along)
     grid = surface.sample(q, r)
-    points, corners = grid.reshape(-1, 3), _cells(grid)
+    points, corners = grid.reshape(-1, 3), [_cells(grid)]
     rim = np.arange(len(q))
-    if surface.ends == "flat":
-        ends = (rim, rim + len(points) - len(rim))
-        base, tip = (
-            _cap(surface, points @ turn_to(direction), own)
-            for own, direction in zip(ends, surface.directions, strict=True)
-        )
-        return Triangles(points, np.concatenate([corners, base[:, ::-1], tip]))
-    # Each end row is a single point: keep its last copy at the base and its first at the tip.
-    corners = np.clip(corners, rim[-1], len(points) - len(rim)) - rim[-1]
-    proper = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
-    return Triangles(points[rim[-1] : len(points) - rim[-1]], corners[proper])
+    ends = (rim, rim + len(points) - len(rim))
+    for tip, (pole, own, direction) in enumerate(zip(surface.poles, ends, surface.directions, strict=True)):
+        if not pole:
+            cap = _cap(surface, points @ turn_to(direction), own)
+            corners.append(cap if tip else cap[:, ::-1])
+    # The end row of a pole is a single point: keep its last copy at the base, its first at the tip.
+    first, last = (rim[-1] if pole else 0 for pole in surface.poles)
+    kept = np.clip(np.concatenate(corners), first, len(points) - 1 - last) - first
+    proper = (kept != np.roll(kept, 1, axis=1)).all(axis=1)
+    return Triangles(points[first : len(points) - last], kept[proper])
 
 
 def _cap(surface: TubeSurface, points: Array, rim: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -120,6 +120,11 @@ class _Tube(Table):
         return area * (1.0 + self.taper + self.taper**2) / 3.0
 
     @property
+    def domes(self) -> tuple[float, float]:
+        """Heights of the domes that close base and tip, mm; 0 for flat ends."""
+        return 0.0, 0.0
+
+    @property
     def least_radius(self) -> float:
         """Least radius of curvature of its cross-sections, mm."""
         return min(1.0, self.taper) * (1.0 / self.section.outline.curvature if self.section else self.radius)
@@ -148,6 +153,12 @@ class ChamberSpec(_Tube):
     """Gas that the chamber is sealed with; without it tasks give its pressure or its volume."""
     copies: Annotated[Whole, Field(ge=1, le=24)] = 1
     """Number of such chambers around the body's axis, equally spaced; copies of "A" are named A1, A2, …"""
+
+    @property
+    def domes(self) -> tuple[float, float]:
+        """Heights of its two domes, mm: hemispheres where there is room for them; 0 for flat ends."""
+        height = 0.0 if self.ends == "flat" else min(self.mean_radius, (self.span[1] - self.span[0]) / 2.0)
+        return height, height
 
     @model_validator(mode="after")
     def _copies_are_apart(self) -> "ChamberSpec":

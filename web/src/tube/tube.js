@@ -8,13 +8,13 @@ export class Tube {
   // fine: samples to each span of the splines.
   constructor({ rows, columns, ends }, fine) {
     const [across, along] = [fine * columns, fine * (rows - 3) + 1];
-    Object.assign(this, { columns, across, along, flat: ends === "flat", index: [] });
+    Object.assign(this, { columns, across, along, flat: ends.map((end) => end === "flat"), index: [] });
     this.rowsQ = periodicRows(columns, Array.from({ length: across }, (_, k) => k / across));
     this.rowsR = clampedRows(rows, Array.from({ length: along }, (_, k) => k / (along - 1)));
     // r_q × r_r points from solid to void.
     for (let i = 0; i + 1 < along; i++) strip(this.index, i * across, (i + 1) * across, across, false);
     let first = along * across;
-    for (const base of this.flat ? [true, false] : []) {
+    for (const base of [true, false].filter((_, tip) => this.flat[tip])) {
       for (let k = 0; k < across; k++) {
         const [a, b] = [first + 1 + k, first + 1 + ((k + 1) % across)];
         this.index.push(first, base ? b : a, base ? a : b);
@@ -33,7 +33,7 @@ export class Tube {
     points.set(tube, place);
     const stride = 3 * this.columns;
     let at = place + tube.length;
-    for (const row of this.flat ? [net.subarray(0, stride), net.subarray(net.length - stride)] : []) {
+    for (const row of [net.subarray(0, stride), net.subarray(net.length - stride)].filter((_, tip) => this.flat[tip])) {
       at = disc(points, at, row, sampled(row, this.columns, ONE, this.rowsQ));
     }
   }
@@ -46,7 +46,7 @@ export class Tube {
       for (let k = 0; k < across; k++) values[first + i * across + k] = at(grid, i / (along - 1), k / across, nearest);
     }
     let place = first + along * across;
-    for (const row of flat ? [first, first + (along - 1) * across] : []) {
+    for (const row of [first, first + (along - 1) * across].filter((_, tip) => flat[tip])) {
       const rim = values.subarray(row, row + across);
       const mean = nearest ? rim[0] : rim.reduce((sum, value) => sum + value, 0) / across;
       values[place++] = mean;

@@ -25,7 +25,7 @@ def bent(surface: TubeSurface, axis: Axis) -> TubeSurface:
     net[[0, -1]] = wanted[[0, -1]]
     # Right angles are exact.
     base, tip = np.where(np.abs(turns[[0, -1], :, 2]) < 1e-15, 0.0, turns[[0, -1], :, 2])
-    if surface.ends == "pole":
-        for pole, beside, direction in ((0, 1, base), (-1, -2, tip)):
-            net[beside] -= ((net[beside] - net[pole]) @ direction)[:, None] * direction
+    for pole, row, beside, direction in zip(surface.poles, (0, -1), (1, -2), (base, tip), strict=True):
+        if pole:
+            net[beside] -= ((net[beside] - net[row]) @ direction)[:, None] * direction
     return replace(surface, net=net, directions=(tuple(base.tolist()), tuple(tip.tolist())))

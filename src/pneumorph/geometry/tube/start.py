@@ -14,7 +14,7 @@ from pneumorph.geometry.body import Body
 from pneumorph.geometry.bspline import clamped, periodic
 from pneumorph.geometry.tube.bent import bent
 from pneumorph.geometry.tube.fitted import FITTED, fitted
-from pneumorph.geometry.tube.surface import Ends, TubeSurface, dome_fit
+from pneumorph.geometry.tube.surface import TubeSurface, dome_fit
 from pneumorph.problem.columns import columns, columns_multiple
 from pneumorph.problem.outline import directions
 
@@ -53,9 +53,9 @@ def starting_body(spec: BodySpec) -> Body[TubeSurface]:
 
     multiple, density = columns_multiple(spec.symmetry), spec.control_density
 
-    exterior = _tube("exterior", spec, (0.0, 0.0), (0.0, spec.length), "flat", density, multiple, waves(spec.ripple))
+    exterior = _tube("exterior", spec, (0.0, 0.0), (0.0, spec.length), spec.domes, density, multiple, waves(spec.ripple))
     chambers = [
-        _tube(each.name, each, each.center, each.span, each.ends, density, multiple, waves(spec.ripple_of(each)))
+        _tube(each.name, each, each.center, each.span, each.domes, density, multiple, waves(spec.ripple_of(each)))
         for each in spec.chamber
     ]
     return Body(placed(exterior), tuple(cavity(placed(chamber)) for chamber in chambers))
@@ -66,26 +66,28 @@ def _tube(
     spec: BodySpec | ChamberSpec,
     center: tuple[float, float],
     span: tuple[float, float],
-    ends: Ends,
+    domes: tuple[float, float],
     density: float,
     multiple: int,
     ripple: Callable[[Array, Array], Array],
 ) -> TubeSurface:
-    """A tube about a line parallel to z, q running counter-clockwise."""
+    """A tube about a line parallel to z, q running counter-clockwise; ends without a dome are flat."""
     radius = spec.mean_radius
     n_q = columns(radius, density, multiple)
-    length = span[1] - span[0] if ends == "flat" else _Capsule(radius, *span).arc_length
+    capsule = _Capsule(radius, *span, domes) if any(domes) else None
+    length = span[1] - span[0] if capsule is None else capsule.arc_length
     spans = max(4, round(density * length))
     angle = 2.0 * np.pi * periodic(n_q).greville
     around, outwards = _outline(spec, n_q)
-    if ends == "flat":
+    if capsule is None:
         widths, waves, z = _flat_profile(span, spans, spec.taper, lambda z: ripple(z[:, None], angle))
     else:
-        widths, waves, z = _pole_profile(radius, span, spans, spec.taper, lambda z: ripple(z[:, None], angle))
+        widths, waves, z = _pole_profile(capsule, spans, spec.taper, lambda z: ripple(z[:, None], angle))
     net = np.empty((len(z), n_q, 3))
     net[..., :2] = center + widths[..., None] * around + waves[..., None] * outwards
     net[..., 2] = z[:, None]
-    return TubeSurface(name, net, ends, (2.0 * np.pi * radius, length), cavity=False)
+    base, tip = ("pole" if height else "flat" for height in domes)
+    return TubeSurface(name, net, (base, tip), (2.0 * np.pi * radius, length), cavity=False)
 
 
 def _outline(spec: BodySpec | ChamberSpec, n_q: int) -> tuple[Array, Array]:
@@ -114,38 +116,46 @@ def _flat_profile(
 
 
 def _pole_profile(
-    radius: float, span: tuple[float, float], spans: int, taper: float, ripple: Callable[[Array], Array]
+    capsule: _Capsule, spans: int, taper: float, ripple: Callable[[Array], Array]
 ) -> tuple[Array, Array, Array]:
-    """The same of a capsule, whose ripple is in its size: by least squares with exact poles and tangents."""
-    basis = clamped(spans)
+    """The same of a capsule, whose ripple is in its size: by least squares with exact ends, poles with tangents."""
+    basis, radius, base, tip = clamped(spans), capsule.radius, capsule.base, capsule.tip
     t = np.linspace(0.0, 1.0, 16 * spans + 1)
-    capsule = _Capsule(radius, *span)
     rho, z = capsule.at(t)
-    widths = (rho / radius * (1.0 + (taper - 1.0) * (z - span[0]) / (span[1] - span[0])))[:, None]
+    widths = (rho / radius * (1.0 + (taper - 1.0) * (z - base) / (tip - base)))[:, None]
     widths = widths * (1.0 + ripple(z) / radius)
     values = basis.matrix(t)
-    fitted_z = np.repeat(span, [2, basis.count - 2])
-    rest = z - values[:, [0, 1]].sum(axis=1) * span[0] - values[:, [-2, -1]].sum(axis=1) * span[1]
-    fitted_z[2:-2] = np.linalg.lstsq(values[:, 2:-2], rest, rcond=None)[0]
-    return dome_fit(basis, widths), np.zeros((1, 1)), fitted_z
+    # At a pole the row beside it has its z.
+    low, high = (2 if pole else 1 for pole in capsule.poles)
+    fitted_z = np.repeat([base, tip], [low, basis.count - low])
+    rest = z - values[:, :low].sum(axis=1) * base - values[:, -high:].sum(axis=1) * tip
+    fitted_z[low:-high] = np.linalg.lstsq(values[:, low:-high], rest, rcond=None)[0]
+    return dome_fit(basis, widths, capsule.poles), np.zeros((1, 1)), fitted_z
 
 
 @dataclass(frozen=True)
 class _Capsule:
-    """Meridian of a tube closed by domes: hemispheres, or flatter half ellipsoids if the span is too short for them."""
+    """Meridian of a tube from z = `base` to `tip`, closed by half ellipsoids of given heights, mm, or flat where 0."""
 
     radius: float
     base: float
     tip: float
+    domes: tuple[float, float]
+
+    @property
+    def poles(self) -> tuple[bool, bool]:
+        """Whether base and tip are closed by domes."""
+        base, tip = self.domes
+        return base > 0.0, tip > 0.0
 
     @cached_property
     def _meridian(self) -> tuple[Array, Array, Array]:
         """Arc length, radius and z (mm) at the points of a fine polygon."""
-        height = min(self.radius, (self.tip - self.base) / 2.0)
-        angle = np.linspace(0.0, np.pi / 2.0, 2000)
-        rho = np.concatenate([self.radius * np.sin(angle), self.radius * np.sin(angle)[::-1]])
-        dome = height * (1.0 - np.cos(angle))
-        z = np.concatenate([self.base + dome, self.tip - dome[::-1]])
+        # From an end inwards; a flat one is its rim alone.
+        angles = [np.linspace(0.0 if height else np.pi / 2.0, np.pi / 2.0, 2000 if height else 1) for height in self.domes]
+        rho = np.concatenate([self.radius * np.sin(angles[0]), self.radius * np.sin(angles[1])[::-1]])
+        depth = [height * (1.0 - np.cos(angle)) for height, angle in zip(self.domes, angles, strict=True)]
+        z = np.concatenate([self.base + depth[0], self.tip - depth[1][::-1]])
         s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(rho), np.diff(z)))])
         return s, rho, z
 

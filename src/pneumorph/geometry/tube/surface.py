@@ -14,7 +14,8 @@ from pneumorph.geometry.bspline import Basis, clamped, periodic
 from pneumorph.geometry.regions import HalfSpace, Intersection, Region
 from pneumorph.geometry.tube.smoothing import NetAverage, net_average
 
-Ends = Literal["flat", "pole"]
+End = Literal["flat", "pole"]
+Ends = tuple[End, End]
 Vector = tuple[float, float, float]
 
 UPWARDS: Vector = (0.0, 0.0, 1.0)
@@ -39,8 +40,8 @@ class TubeSurface:
         "exterior" or the chamber's name.
     net : (n_r, n_q, 3) array
         Control points in mm.
-    ends : "flat" or "pole"
-        Whether the two ends are closed by discs, or each end row is a single point.
+    ends : two of "flat" and "pole"
+        Whether base and tip are closed by discs, or their end rows are single points.
     size : (float, float)
         Circumference and length in mm of the starting surface: τ_q and τ_r of (29).
     cavity : bool
@@ -55,6 +56,12 @@ class TubeSurface:
     size: tuple[float, float]
     cavity: bool
     directions: tuple[Vector, Vector] = (UPWARDS, UPWARDS)
+
+    @property
+    def poles(self) -> tuple[bool, bool]:
+        """Whether base and tip are poles."""
+        base, tip = self.ends
+        return base == "pole", tip == "pole"
 
     @property
     def n_points(self) -> int:
@@ -79,8 +86,8 @@ class TubeSurface:
         rows, columns = (DENSITY * count for count in self.net.shape[:2])
         q, r = np.linspace(0.0, 1.0, columns, endpoint=False), np.linspace(0.0, 1.0, rows)
         grid = self.sample(q, r)
-        if self.ends == "pole":
-            grid = grid[1:-1]
+        at_base, at_tip = self.poles
+        grid = grid[int(at_base) : rows - int(at_tip)]
         number = np.arange(len(grid) * columns).reshape(-1, columns)
         beside = np.roll(number, -1, axis=1)
         a, b, c, d = number[:-1], beside[:-1], beside[1:], number[1:]
@@ -109,9 +116,11 @@ class TubeSurface:
     def parallels(self) -> NDArray[np.float64]:
         """Control values (n_r,) of S(r), the circumference of the starting surface relative to τ_q; 1 without poles.
 
-        With poles S is the spline that the starting capsule has for its radius, so |r_q / S| = 1 on the start.
+        With poles S is the spline that a tube closed by hemispheres has for its radius, so |r_q / S| = 1 on one.
         """
-        return np.ones(len(self.net)) if self.ends == "flat" else dome_fit(self.basis_r, dome(self.basis_r, *self.size))
+        if not any(self.poles):
+            return np.ones(len(self.net))
+        return dome_fit(self.basis_r, dome(self.basis_r, *self.size, self.poles), self.poles)
 
     def points(self, q: ArrayLike, r: ArrayLike, dq: int = 0, dr: int = 0) -> NDArray[np.float64]:
         """Positions in mm, or derivatives of order (dq, dr), at parameter pairs q, r (n,); shape (n, 3).
@@ -155,19 +164,36 @@ class TubeSurface:
 _FITTED = 16
 
 
-def dome(basis: Basis, circumference: float, length: float) -> NDArray[np.float64]:
-    """Radius of a capsule relative to that of its cylinder, at the sample parameters (fractions of its arc length)."""
+def dome(basis: Basis, circumference: float, length: float, poles: tuple[bool, bool]) -> NDArray[np.float64]:
+    """Radius of a tube closed by hemispheres relative to that of its cylinder, at fractions of its arc length.
+
+    Parameters
+    ----------
+    basis : Basis
+        Along the tube.
+    circumference, length : float
+        Of the cylinder, and arc length from end to end, mm.
+    poles : (bool, bool)
+        Whether base and tip are closed by hemispheres.
+    """
     t = np.linspace(0.0, 1.0, _FITTED * basis.spans + 1)
-    # A meridian too short for two quarter circles is stretched to that length.
-    angle = np.minimum(t, 1.0 - t) * max(2.0 * np.pi * length / circumference, np.pi)
+    away = np.min([way for way, pole in zip((t, 1.0 - t), poles, strict=True) if pole], axis=0)
+    # A meridian too short for its quarter circles is stretched to their length.
+    angle = away * max(2.0 * np.pi * length / circumference, sum(poles) * np.pi / 2.0)
     return np.sin(np.minimum(angle, np.pi / 2.0))
 
 
-def dome_fit(basis: Basis, radius: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Least-squares control values (n_r, ...) for radii (n, ...) at equidistant parameters; zero at the poles."""
+def dome_fit(basis: Basis, radius: NDArray[np.float64], poles: tuple[bool, bool]) -> NDArray[np.float64]:
+    """Least-squares control values (n_r, ...) for radii (n, ...) at equidistant parameters.
+
+    They are zero at poles, and exact at flat ends.
+    """
     values = basis.matrix(np.linspace(0.0, 1.0, len(radius)))
     fitted = np.zeros((basis.count, *radius.shape[1:]))
-    fitted[1:-1] = np.linalg.lstsq(values[:, 1:-1], radius, rcond=None)[0]
+    for row, pole in zip((0, -1), poles, strict=True):
+        fitted[row] = 0.0 if pole else radius[row]
+    rest = radius - values[:, [0, -1]] @ fitted[[0, -1]]
+    fitted[1:-1] = np.linalg.lstsq(values[:, 1:-1], rest, rcond=None)[0]
     return fitted
 
 
@@ -186,7 +212,7 @@ def cap_points(surface: TubeSurface, tip: bool, q: ArrayLike, s: ArrayLike) -> N
     Parameters
     ----------
     surface : TubeSurface
-        With flat ends.
+        With a flat end there.
     tip : bool
         Whether the disc is that at the tip, not at the base.
     q : (n,) array
@@ -218,11 +244,14 @@ def enclosed_volume(surface: TubeSurface) -> float:
     normal = np.cross(surface.sample(q, r, dq=1), surface.sample(q, r, dr=1))
     flux = np.einsum("rqi,rqi->rq", surface.sample(q, r), normal)
     total = float(weights_r @ flux @ weights_q)
-    if surface.ends == "flat":
-        for direction, row, sign in zip(surface.directions, surface.end_rows, (-1.0, 1.0), strict=True):
-            rim, along = surface.basis_q.matrix(q) @ row, surface.basis_q.matrix(q, 1) @ row
-            # The flux through a plane is its distance times its area.
-            total += sign * float(row[0] @ direction) * 0.5 * float(weights_q @ np.cross(rim, along) @ direction)
+    for pole, direction, row, sign in zip(
+        surface.poles, surface.directions, surface.end_rows, (-1.0, 1.0), strict=True
+    ):
+        if pole:
+            continue
+        rim, along = surface.basis_q.matrix(q) @ row, surface.basis_q.matrix(q, 1) @ row
+        # The flux through a plane is its distance times its area.
+        total += sign * float(row[0] @ direction) * 0.5 * float(weights_q @ np.cross(rim, along) @ direction)
     return (-1.0 if surface.cavity else 1.0) * total / 3.0
 
 

@@ -115,8 +115,8 @@ def _symmetric(
 def _variable_of_coordinate(surface: TubeSurface, sides: Sides, cones: Cones) -> NDArray[np.int64]:
     """Index of the variable of each coordinate of a net in its frames, (n_r, n_q, 3); -1 if the coordinate is fixed."""
     group = np.arange(surface.net.size).reshape(surface.net.shape)
-    for row, beside in ((0, 1), (-1, -2)):
-        if surface.ends == "pole":
+    for pole, row, beside in zip(surface.poles, (0, -1), (1, -2), strict=True):
+        if pole:
             group[row] = group[row, 0]
             group[beside, :, 2] = group[row, 0, 2]
         else:

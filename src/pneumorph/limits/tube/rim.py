@@ -52,7 +52,7 @@ class Rims:
 
     def rows(self, at: SampledTubes, near: Near) -> Iterator[RowBlock]:
         for number, samples in enumerate(at.samples.coarse):
-            if len(samples.rings):
+            if any(samples.flat):
                 yield _rows(at, _worst(at.samples, at.body, number, near.reach))
 
     def rows_at(self, at: SampledTubes, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
@@ -64,40 +64,41 @@ class Rims:
         tally = tallies[RIM.name]
         for number in body.own:
             surface, spans = body.body.surfaces[number], body.spans[number]
-            if surface.ends == "flat":
-                for bounded in bounds(surface, spans, body.spec.fold.neighbourhood, tally.accuracy, tally.worst):
-                    tally.points(number, bounded)
+            for bounded in bounds(surface, spans, body.spec.fold.neighbourhood, tally.accuracy, tally.worst):
+                tally.points(number, bounded)
 
     def shares(self, at: SampledTubes, number: int) -> Iterator[tuple[str, Floats]]:
         samples, spec, x = at.samples.coarse[number], at.samples.spec.fold, at.fields[number].x
-        if len(samples.rings):
-            base, tip = _ratios(x, samples, spec.neighbourhood)
-            ratio = np.minimum(base, tip)
+        if any(samples.flat):
+            ratio = np.min(_ratios(x, samples, spec.neighbourhood), axis=0)
             yield RIM.name, RIM.used(np.concatenate([ratio[:1], ratio, ratio[-1:]]), spec.distance)
 
     def smooth(self, at: SmoothTubes) -> dict[str, Array]:
         values, spec = [], at.samples.spec.fold
         for x, grid in zip(at.tubes, at.samples.grids, strict=True):
-            if len(grid.rings):
-                base, tip = _ratios(x, grid, spec.neighbourhood)
+            if any(grid.flat):
+                ratios, xp = _ratios(x, grid, spec.neighbourhood), x.__array_namespace__()
                 # On the rim itself the value is that of the wall's slope, found by extrapolation.
-                xp = x.__array_namespace__()
-                rims = [2.0 * base[0] - base[1], 2.0 * tip[-1] - tip[-2]]
-                values.append(1.0 - xp.concatenate([xp.minimum(base, tip).ravel(), *rims]) / spec.distance)
+                outer = [(0, 1), (-1, -2)]
+                beside = [each for each, flat in zip(outer, grid.flat, strict=True) if flat]
+                rims = [2.0 * ratio[one] - ratio[two] for ratio, (one, two) in zip(ratios, beside, strict=True)]
+                least = xp.min(xp.stack(ratios), axis=0).ravel()
+                values.append(1.0 - xp.concatenate([least, *rims]) / spec.distance)
         return {RIM.name: at.joined(values)}
 
 
-def _ratios(x: Any, grid: Grid, neighbourhood: float) -> tuple[Any, Any]:
-    """Heights in mm (rows - 2, columns) of samples x (3, rows, columns) over the planes of the base and the tip,
-    relative to the part of the fold distance to be kept there; samples on the rims are left out."""
+def _ratios(x: Any, grid: Grid, neighbourhood: float) -> list[Any]:
+    """Heights in mm (rows - 2, columns) of samples x (3, rows, columns) over the planes of the flat ends, from the base
+    on, relative to the part of the fold distance to be kept there; samples on the rims are left out."""
     along = grid.r[1:-1, None] * grid.size[1] / neighbourhood
     upwards, onwards = (np.array(direction)[:, None, None] for direction in grid.directions)
     base, tip = (upwards * (x - x[:, :1])).sum(axis=0), (onwards * (x[:, -1:] - x)).sum(axis=0)
-    return base[1:-1] / np.minimum(along, 1.0), tip[1:-1] / np.minimum(along[::-1], 1.0)
+    ratios = base[1:-1] / np.minimum(along, 1.0), tip[1:-1] / np.minimum(along[::-1], 1.0)
+    return [ratio for ratio, flat in zip(ratios, grid.flat, strict=True) if flat]
 
 
 def _worst(limits: LimitSamples, body: Body, number: int, reach: float) -> Placed:
-    """The worst fine samples of every cell; the nearer end counts."""
+    """The worst fine samples of every cell; the nearer flat end counts."""
     samples, surface = limits.fine[number], body.surfaces[number]
     r = np.clip(samples.r, *_within_edges(limits, number))
     support, functions = nonzero_functions(surface.basis_r, r)
@@ -118,8 +119,10 @@ def _within_edges(limits: LimitSamples, number: int) -> tuple[float, float]:
 
 
 def _over_planes(limits: LimitSamples, body: Body, number: int, r: Floats) -> tuple[Floats, Ints]:
-    """Derivative (m, 3) of c by points at r, relative to those of the nearer end, and the row of that end."""
-    spec, surface, tip = limits.spec.fold, body.surfaces[number], r > 0.5
+    """Derivative (m, 3) of c by points at r, relative to those of the nearer flat end, and the row of that end."""
+    spec, surface = limits.spec.fold, body.surfaces[number]
+    base_pole, tip_pole = surface.poles
+    tip = ((r > 0.5) | base_pole) & (not tip_pole)
     along = np.where(tip, 1.0 - r, r) * surface.size[1]
     slope = np.where(tip, 1.0, -1.0) / (spec.distance * np.minimum(along / spec.neighbourhood, 1.0))
     return slope[:, None] * np.array(surface.directions)[tip.astype(int)], np.where(tip, surface.net.shape[0] - 1, 0)
@@ -167,9 +170,13 @@ def bounds(
     """
     rows = surface.basis_r.spans
     per_end = []
-    for tip in (False, True):
+    for tip, pole in zip((False, True), surface.poles, strict=True):
+        if pole:
+            continue
         direction = np.array(surface.directions[tip])
         along = np.einsum("ncij,c->nij", spans.x, direction).reshape(rows, -1, 4, 4)
+        if surface.poles[1]:
+            along[-1] = np.einsum("ij,bjm->bim", BACKWARDS, along[-1])
         height = np.einsum("ij,abjm->abim", BACKWARDS, along)[::-1] if tip else along
         height[:, :, 0, 0] -= surface.net[-1 if tip else 0, 0] @ direction
         height = -height if tip else height

@@ -168,29 +168,28 @@ class SampledTubes:
 def _asking(limits: LimitSamples, number: int, surface: SampledSurface) -> Ints:
     """The samples of a surface from which distances are measured; those on an end disc go with the ones at its rim."""
     own = limits.own_coarse[number]
-    rings = (surface.rings, surface.rings)
-    return np.flatnonzero(np.pad(own, (rings, (0, 0)), mode="edge"))
+    return np.flatnonzero(np.pad(own, (surface.rings, (0, 0)), mode="edge"))
 
 
 def _cell_of_samples(limits: LimitSamples, number: int, surface: SampledSurface, sample: Ints) -> Ints:
     """Knot-span cells of samples (m,) of a surface, which may be on its end discs: these belong to those at the rim."""
     row, column = np.divmod(sample, surface.columns)
-    row = np.clip(row - surface.rings, 0, len(surface.grid.r) - 1)
+    row = np.clip(row - surface.rings[0], 0, len(surface.grid.r) - 1)
     around, along = limits.spans[number]
     return np.minimum(row // COARSE[1], along - 1) * around + column // COARSE[0]
 
 
 def _sums_aside(body: Body, place: _Aside) -> Sums:
-    surface, samples, rings = body.surfaces[place.number], place.surface.grid, place.surface.rings
+    surface, samples, (before, after) = body.surfaces[place.number], place.surface.grid, place.surface.rings
     row, column = np.divmod(place.sample, place.surface.columns)
     around = samples.q[column] + place.offset[:, 0] / surface.size[0]
-    along = samples.r[np.clip(row - rings, 0, len(samples.r) - 1)] + place.offset[:, 1] / surface.size[1]
-    if not rings:
+    along = samples.r[np.clip(row - before, 0, len(samples.r) - 1)] + place.offset[:, 1] / surface.size[1]
+    if not before + after:
         return point_sums(body, place.number, around, along)
-    base, tip = row < rings, row >= rings + len(samples.r)
-    nearest_ring = np.where(tip, len(samples.r) + 2 * rings - 1 - row, row)
+    base, tip = row < before, row >= before + len(samples.r)
+    nearest_ring = np.where(tip, before + len(samples.r) + after - 1 - row, row)
     outward = np.where(tip, -1.0, 1.0) * place.offset[:, 1] * 2.0 * np.pi / surface.size[0]
-    s = np.where(base | tip, samples.rings[np.minimum(nearest_ring, rings - 1)] + outward, 1.0)
+    s = np.where(base | tip, samples.rings[np.minimum(nearest_ring, len(samples.rings) - 1)] + outward, 1.0)
     return point_sums(body, place.number, around, np.where(base, 0.0, np.where(tip, 1.0, along)), s)
 
 

@@ -133,7 +133,7 @@ class LimitFunctions:
     @cached_property
     def _first(self) -> list[int]:
         """Index of each surface's first sample among all positions."""
-        counts = [len(grid.q) * (len(grid.r) + (2 * len(grid.rings) if grid.cavity else 0)) for grid in self.grids]
+        counts = [len(grid.q) * (len(grid.r) + (sum(grid.on_discs) if grid.cavity else 0)) for grid in self.grids]
         return [0, *np.cumsum(counts).tolist()]
 
     @cached_property
@@ -146,7 +146,7 @@ class LimitFunctions:
     def _tubes(self) -> list[slice]:
         """Positions that are the samples of each tube."""
         starts = [
-            first + (len(grid.rings) * len(grid.q) if grid.cavity else 0)
+            first + (grid.on_discs[0] * len(grid.q) if grid.cavity else 0)
             for grid, first in zip(self.grids, self._first, strict=False)
         ]
         return [slice(start, start + len(grid.q) * len(grid.r)) for start, grid in zip(starts, self.grids, strict=True)]

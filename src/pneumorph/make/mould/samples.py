@@ -60,13 +60,13 @@ def sampled(surface: TubeSurface) -> Samples:
     """Sample a surface evenly."""
     columns, rows = (int(np.ceil(length / _APART)) for length in surface.size)
     q, r = np.arange(columns) / columns, np.linspace(0.0, 1.0, rows + 1)
-    if surface.ends == "pole":
-        r = (r[1:] + r[:-1]) / 2.0  # at a pole the normal is not a product of tangents
+    if any(surface.poles):
+        # At a pole the normal is not a product of tangents.
+        base, tip = surface.poles
+        r = np.concatenate([r[: 0 if base else 1], (r[1:] + r[:-1]) / 2.0, r[len(r) if tip else -1 :]])
     normal = np.cross(surface.sample(q, r, dq=1), surface.sample(q, r, dr=1))
     normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-12)
-    discs = np.zeros((0, 3))
-    if surface.ends == "flat":
-        count = max(2, int(np.ceil(surface.size[0] / (2.0 * np.pi) / _APART)))
-        around, s = (each.ravel() for each in np.meshgrid(q, np.arange(count) / count))
-        discs = np.concatenate([cap_points(surface, tip, around, s) for tip in (False, True)])
-    return Samples(surface.sample(q, r), normal, discs)
+    count = max(2, int(np.ceil(surface.size[0] / (2.0 * np.pi) / _APART)))
+    around, s = (each.ravel() for each in np.meshgrid(q, np.arange(count) / count))
+    discs = [cap_points(surface, bool(tip), around, s) for tip, pole in enumerate(surface.poles) if not pole]
+    return Samples(surface.sample(q, r), normal, np.concatenate([np.zeros((0, 3)), *discs]))

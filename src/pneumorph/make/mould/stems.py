@@ -144,7 +144,7 @@ def upright(room: Room, number: int, tip: bool, plane: Plane | None = None) -> S
     sign = 1.0 if tip else -1.0
     rim = chamber.sample(np.linspace(0.0, 1.0, 200, endpoint=False), [float(tip)])[0]
     place, height = rim[0, :2], float(rim[0, 2])
-    if chamber.ends == "flat":
+    if not chamber.poles[int(tip)]:
         place, widest = roomiest(rim[:, :2]) if plane is None else _roomiest_along(rim[:, :2], plane)
     else:
         if plane is not None:

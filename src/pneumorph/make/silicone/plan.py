@@ -182,8 +182,8 @@ def _divided(room: Room, angle: float) -> _Division | str:
     ranges = []
     for chamber, one in zip(body.chambers, samples[1:], strict=True):
         away = one.x @ normal
-        skipped = int(np.ceil(_DOME * len(away))) if chamber.ends == "pole" else 0
-        rows = away[skipped : len(away) - skipped]
+        skipped, beyond = (int(np.ceil(_DOME * len(away))) if pole else 0 for pole in chamber.poles)
+        rows = away[skipped : len(away) - beyond]
         low, high = rows.min(axis=1), rows.max(axis=1)
         if low.max() + _INSIDE > high.min() - _INSIDE:
             height = one.x[skipped + int(np.argmin(high)), 0, 2]

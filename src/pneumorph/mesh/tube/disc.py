@@ -28,8 +28,8 @@ _STRAIGHT = 1e-3
 
 def with_sound_discs(patch: Patch, surface: TubeSurface, size: float) -> Patch:
     """The patch, its poor end discs triangulated again with edges of this size, mm, but those of several regions."""
-    if surface.ends == "flat":
-        for part, direction in zip((0, 2), surface.directions, strict=True):
+    for pole, part, direction in zip(surface.poles, (0, 2), surface.directions, strict=True):
+        if not pole:
             # In coordinates of which the last is across the disc.
             nodes = patch.B @ surface.net.reshape(-1, 3) @ turn_to(direction)
             patch = _sound(patch, patch.part == part, nodes, size)

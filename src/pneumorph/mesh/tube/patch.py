@@ -76,8 +76,8 @@ def patch_of(
     # At most one layer ends in each disc.
     ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]
     base, tip = (
-        disc_rings(surface, ring, size, around, lining) if surface.ends == "flat" else []
-        for ring, lining in zip((tube[0], tube[-1]), ending, strict=True)
+        [] if pole else disc_rings(surface, ring, size, around, lining)
+        for pole, ring, lining in zip(surface.poles, (tube[0], tube[-1]), ending, strict=True)
     )
     rings = [*base[::-1], *tube, *tip]
     start = np.cumsum([0] + [len(ring.q) for ring in rings])

@@ -126,16 +126,19 @@ def tube_rings(
     q = around.through(q, [*around.edges, *(end for lining in linings for end in lining.q or ())])
     r = _through(r, np.array([end for lining in linings for end in lining.r if 0.0 < end < 1.0] + list(crossed)))
     count = np.full(len(r), len(q))
-    if surface.ends == "pole":
+    at_base, at_tip = surface.poles
+    if at_base or at_tip:
         closed = surface.sample(np.linspace(0, 1, 4 * len(q) + 1), r)
         girth = np.linalg.norm(np.diff(closed, axis=1), axis=2).sum(axis=1)
         wanted = np.maximum(_least(alike), alike * np.round(girth / (alike * size)).astype(int))
-        for rows in (range(1, len(r) - 1), range(len(r) - 2, 0, -1)):
+        inwards = [range(1, len(r) - 1)] if at_base else []
+        inwards += [range(len(r) - 2, 0, -1)] if at_tip else []
+        for rows in inwards:
             for j in rows:
                 if wanted[j] >= len(q):
                     break
                 count[j] = wanted[j]
-        count[[0, -1]] = 1
+        count[0], count[-1] = (1 if pole else len(q) for pole in surface.poles)
     return [Ring(around.thinned(q, n), float(rj)) for n, rj in zip(count, r, strict=True)]
 
 
@@ -158,7 +161,7 @@ def disc_rings(
     Parameters
     ----------
     surface : TubeSurface
-        With flat ends.
+        With a flat end there.
     rim : Ring
         That of the tube at this end.
     size : float

@@ -19,4 +19,4 @@ def of_straight_tubes(body: Body) -> bool:
 def told_as_tube(surfaces: Sequence[Surface]) -> dict[str, Any] | None:
     """What a page is told of a tube in several designs beside its control nets; None for surfaces of another kind."""
     first = surfaces[0]
-    return {"kind": "tube", "ends": first.ends} if isinstance(first, TubeSurface) else None
+    return {"kind": "tube", "ends": list(first.ends)} if isinstance(first, TubeSurface) else None

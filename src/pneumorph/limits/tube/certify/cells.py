@@ -93,7 +93,7 @@ def knot_spans(surface: TubeSurface, own: Mask | None = None) -> KnotSpans:
     x = np.einsum("aij,jkc,bmk->abcim", along, surface.net, around, optimize=True)
     q = np.stack([surface.basis_q.breaks[:-1], np.full(columns, 1.0 / columns)], axis=1)
     r = np.stack([surface.basis_r.breaks[:-1], np.full(rows, 1.0 / rows)], axis=1)
-    if surface.ends == "pole":
+    if surface.poles[1]:
         x[-1] = np.einsum("ij,bcjm->bcim", BACKWARDS, x[-1])
         r[-1] = 1.0, -1.0 / rows
     own = np.ones(rows * columns, dtype=bool) if own is None else own

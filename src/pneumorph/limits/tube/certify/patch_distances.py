@@ -67,16 +67,17 @@ def patches(surface: TubeSurface, spans: KnotSpans) -> Patches:
     columns = surface.basis_q.spans
     shrink = np.einsum("aij,j->ai", power(surface.basis_r), surface.parallels)
     boxes = np.concatenate([spans.q, spans.r, np.repeat(shrink, columns, axis=0)], axis=1)
-    if surface.ends == "pole":
+    if surface.poles[1]:
         # Undo the reversed direction of r in the last row, so that S and all nets have the same direction.
         nets[-columns:] = nets[-columns:, ::-1]
         boxes[-columns:, 2:4] = 1.0 - 1.0 / surface.basis_r.spans, 1.0 / surface.basis_r.spans
     disc, own, tube = np.zeros(len(nets), dtype=bool), spans.own, nets
-    if surface.cavity and surface.ends == "flat":
-        for tip, part in ((False, slice(0, columns)), (True, slice(-columns, None))):
+    parts = slice(0, columns), slice(len(nets) - columns, len(nets))
+    for tip, (pole, part) in enumerate(zip(surface.poles, parts, strict=True)):
+        if surface.cavity and not pole:
             rim = tube[part][:, -1 if tip else 0]
             ray = np.linspace(0.0, 1.0, 4)[None, :, None, None]
-            centre = surface.end_centres[int(tip)]
+            centre = surface.end_centres[tip]
             nets = np.concatenate([nets, centre + ray * (rim[:, None] - centre)])
             ring = np.concatenate([spans.q[:columns], np.tile([float(tip), 0.0, 1.0, 0.0, 0.0, 0.0], (columns, 1))], 1)
             boxes = np.concatenate([boxes, ring])

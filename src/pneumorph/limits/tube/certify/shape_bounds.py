@@ -51,7 +51,7 @@ class Polynomials:
     scale : (n, 2) array
         1/mm: du/d(q τ_q) and dv/d(r τ_r).
     poles : bool
-        Whether the ends are poles.
+        Whether there are poles.
     broken : (n,) array of bool
         Whether the span is next to a pole without a tangent plane.
     """
@@ -69,15 +69,16 @@ def polynomials(surface: TubeSurface, spans: KnotSpans) -> Polynomials:
     r_q = derivative(spans.x, -1) * scale[:, 0, None, None, None]
     r_r = derivative(spans.x, -2) * scale[:, 1, None, None, None]
     broken = np.zeros(n, dtype=bool)
-    if surface.ends == "flat":
+    at_base, at_tip = surface.poles
+    if not (at_base or at_tip):
         return Polynomials(np.concatenate([r_q, r_r], axis=1), scale, False, broken)
 
     rows, columns = surface.basis_r.spans, surface.basis_q.spans
     S = np.einsum("aij,j->ai", power(surface.basis_r), surface.parallels)
-    S[-1] = BACKWARDS @ S[-1]
+    S[-1] = BACKWARDS @ S[-1] if at_tip else S[-1]
     S = np.repeat(S, columns, axis=0)
     beside = np.zeros(n, dtype=bool)
-    beside[:columns] = beside[(rows - 1) * columns :] = True
+    beside[:columns], beside[(rows - 1) * columns :] = at_base, at_tip
     broken[beside] = np.abs(spans.x[beside, 2, 1]).max(axis=-1) > _FLAT
 
     def divided(part: Floats, times: int = 1) -> Floats:

@@ -60,8 +60,8 @@ class SampledSurface:
     ----------
     grid : Grid
         Samples of the tube.
-    rings : int
-        Number of rings of samples on each disc, before and after the tube's rows; 0 without discs.
+    rings : (int, int)
+        Numbers of rings of samples on the discs, before and after the tube's rows; 0 without one.
     fields : SampledFields
         Position and derivatives per mm, each (n, 3).
     ahead, behind : (rows,) arrays
@@ -70,7 +70,7 @@ class SampledSurface:
     """
 
     grid: Grid
-    rings: int
+    rings: tuple[int, int]
     fields: SampledFields
     ahead: Floats
     behind: Floats
@@ -98,7 +98,7 @@ class SampledSurface:
     @property
     def tube(self) -> slice:
         """The samples that lie on the tube."""
-        first = self.rings * self.columns
+        first = self.rings[0] * self.columns
         return slice(first, first + len(self.grid.r) * self.columns)
 
     def normals(self) -> Floats:
@@ -153,19 +153,17 @@ class SampledSurface:
 
 def sampled_surface(fields: SampledFields, grid: Grid, discs: bool) -> SampledSurface:
     """Build a sampled surface from the fields of its tube, with or without its end discs."""
-    rings = len(grid.rings) if discs else 0
+    before, after = grid.on_discs if discs else (0, 0)
     whole = with_discs(fields, grid) if discs else fields
-    rows = len(grid.r) + 2 * rings
-    radius = grid.size[0] / (2.0 * np.pi)
+    rows = before + len(grid.r) + after
     ahead = np.full(rows, grid.step[1])
-    if rings:
-        ahead[:rings] = ahead[-rings:] = radius / rings
+    ahead[:before] = ahead[rows - after :] = grid.size[0] / (2.0 * np.pi) / len(grid.rings)
     behind = ahead.copy()
-    behind[rings] = ahead[rows - rings - 1] = 0.0
+    behind[before] = ahead[rows - after - 1] = 0.0
     behind[0] = ahead[-1] = 0.0
     return SampledSurface(
         grid=grid,
-        rings=rings,
+        rings=(before, after),
         fields=SampledFields(*(np.ascontiguousarray(np.asarray(field).reshape(3, -1).T) for field in whole)),
         ahead=ahead,
         behind=behind,

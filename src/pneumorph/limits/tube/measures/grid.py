@@ -50,8 +50,9 @@ class Grid:
     frame : Frame
         Functions of r for tangents that are finite up to the poles.
     rings : (m,) array
-        Fractions s of the rings of samples on each end disc, from the centre (s = 0) outwards, excluding the rim; empty
-        for poles.
+        Fractions s of the rings of samples on an end disc, from the centre (s = 0) outwards, excluding the rim.
+    flat : (bool, bool)
+        Whether base and tip are closed by such discs, not by poles.
     support_q, support_r : (columns, 4) and (rows, 4) arrays
         Indices of the control net's columns and rows on which each sample depends.
     """
@@ -67,6 +68,7 @@ class Grid:
     values_r: tuple[NDArray[np.float64], ...]
     frame: Frame
     rings: NDArray[np.float64]
+    flat: tuple[bool, bool]
     support_q: NDArray[np.integer]
     support_r: NDArray[np.integer]
 
@@ -74,6 +76,12 @@ class Grid:
     def shape(self) -> tuple[int, int]:
         """Rows and columns of samples on the tube."""
         return len(self.r), len(self.q)
+
+    @property
+    def on_discs(self) -> tuple[int, int]:
+        """Numbers of rings of samples on the end discs at base and tip."""
+        base, tip = (len(self.rings) if flat else 0 for flat in self.flat)
+        return base, tip
 
     @property
     def step(self) -> tuple[float, float]:
@@ -129,10 +137,8 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
     tau_q, tau_r = surface.size
     q = np.arange(per_span[0] * n_q) / (per_span[0] * n_q)
     r = np.linspace(0.0, 1.0, per_span[1] * surface.basis_r.spans + 1)
-    rings = np.zeros(0)
-    if surface.ends == "flat":
-        count = max(2, round(tau_q / (2.0 * np.pi) / (tau_r / (len(r) - 1))))
-        rings = np.arange(count) / count
+    base, tip = surface.poles
+    count = max(2, round(tau_q / (2.0 * np.pi) / (tau_r / (len(r) - 1))))
     return Grid(
         name=surface.name,
         cavity=surface.cavity,
@@ -144,7 +150,8 @@ def grid(surface: TubeSurface, per_span: tuple[int, int]) -> Grid:
         values_q=tuple(surface.basis_q.matrix(q, order) / tau_q**order for order in range(3)),
         values_r=tuple(surface.basis_r.matrix(r, order) / tau_r**order for order in range(3)),
         frame=frame(surface, r),
-        rings=rings,
+        rings=np.arange(count) / count,
+        flat=(not base, not tip),
         support_q=nonzero_functions(surface.basis_q, q)[0],
         support_r=nonzero_functions(surface.basis_r, r)[0],
     )
@@ -159,11 +166,9 @@ def sampled_fields(surface: TubeSurface, grid: Grid) -> SampledFields:
 def with_discs(fields: SampledFields, grid: Grid) -> SampledFields:
     """The fields of a chamber with its end discs: rings of the base disc, the tube, rings of the tip disc.
 
-    Points of the discs are (1 - s)·centre + s·rim(q), with s times the starting radius as second parameter. Surfaces
-    with poles are closed already and returned unchanged.
+    Points of the discs are (1 - s)·centre + s·rim(q), with s times the starting radius as second parameter. Ends that
+    are poles are closed already.
     """
-    if not len(grid.rings):
-        return fields
     radius = grid.size[0] / (2.0 * np.pi)
 
     def disc(row: int, rings: NDArray[np.float64], outward: float) -> SampledFields:
@@ -181,21 +186,24 @@ def with_discs(fields: SampledFields, grid: Grid) -> SampledFields:
             rr=np.zeros(whole),
         )
 
-    base, tip = disc(0, grid.rings, 1.0), disc(-1, grid.rings[::-1], -1.0)
-    return SampledFields(*(np.concatenate(parts, axis=1) for parts in zip(base, fields, tip, strict=True)))
+    base, tip = grid.flat
+    parts = [disc(0, grid.rings, 1.0)] if base else []
+    parts += [fields, disc(-1, grid.rings[::-1], -1.0)] if tip else [fields]
+    return SampledFields(*(np.concatenate(each, axis=1) for each in zip(*parts, strict=True)))
 
 
 def closed_positions(x: Array, grid: Grid) -> Array:
-    """The positions of `with_discs` alone, (3, rows + 2m, columns) from (3, rows, columns)."""
-    if not len(grid.rings):
-        return x
+    """The positions of `with_discs` alone, (3, rows with discs, columns) from (3, rows, columns)."""
     s = grid.rings[:, None]
 
     def disc(rim: Array, s: NDArray[np.float64]) -> Array:
         centre = rim.mean(axis=2, keepdims=True)
         return centre + s * (rim - centre)
 
-    return jnp.concatenate([disc(x[:, :1], s), x, disc(x[:, -1:], s[::-1])], axis=1)
+    base, tip = grid.flat
+    parts = [disc(x[:, :1], s)] if base else []
+    parts += [x, disc(x[:, -1:], s[::-1])] if tip else [x]
+    return jnp.concatenate(parts, axis=1)
 
 
 def every_second(grid: Grid) -> NDArray[np.int64]:

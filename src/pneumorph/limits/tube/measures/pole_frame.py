@@ -52,20 +52,22 @@ class Meridian(NamedTuple):
         Coefficients of the basis functions in r, see `geometry.tube.local.pieces`.
     parallels : (n_r,) array
         Control values of S.
-    poles : bool
+    base, tip : bool
+        Whether these are poles.
     length : float
         mm.
     """
 
     pieces: Floats
     parallels: Floats
-    poles: bool
+    base: bool
+    tip: bool
     length: float
 
 
 def meridian(surface: TubeSurface) -> Meridian:
     """The functions of r of a surface."""
-    return Meridian(pieces(surface.basis_r), surface.parallels, surface.ends == "pole", surface.size[1])
+    return Meridian(pieces(surface.basis_r), surface.parallels, *surface.poles, surface.size[1])
 
 
 def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
@@ -90,8 +92,8 @@ def local_frame(meridian, r, functions):
     spans, r = len(meridian.pieces), min(max(r, 0.0), 1.0)
     span = min(int(r * spans), spans - 1)
     rate = spans / meridian.length
-    if meridian.poles:
-        tip = r > 0.5
+    if meridian.base or meridian.tip:
+        tip = meridian.tip and (r > 0.5 or not meridian.base)
         nearer = spans - 1 - span if tip else span
         return _polar(meridian, nearer, (1.0 - r if tip else r) * spans - nearer, rate, tip, functions)
     u = r * spans - span
@@ -113,6 +115,8 @@ def _polar(meridian, span, u, rate, flipped, functions):
     symmetric about the middle.
     """
     count, way = len(meridian.parallels), -1.0 if flipped else 1.0
+    # Rows from here on, numbered from the nearer pole, are beyond the net, or belong to the other pole.
+    end = count - 1 if meridian.base and meridian.tip else count + 1
     s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
     for i in range(4):
         j, a = span + i, meridian.pieces[span, i]
@@ -129,20 +133,20 @@ def _polar(meridian, span, u, rate, flipped, functions):
         B_u, B_uu = a[1] + u * (2.0 * a[2] + u * 3.0 * a[3]), 2.0 * a[2] + u * 6.0 * a[3]
         across, across_u, level, rise = 0.0, 0.0, 0.0, 0.0
         # The row of the pole itself does not depend on q.
-        if 0 < j < count - 1:
+        if 0 < j < end:
             P, P_u = (a[1] + u * (a[2] + u * a[3]), a[2] + u * 2.0 * a[3]) if polar else (B, B_u)
             across = P / T
             across_u = (P_u - across * T_u) / T
             # Pole and ring (the row next to it) have the same z, so the sum of their functions counts, which has a
             # double zero that neither has alone. It is assigned to the ring.
             a1, a2, a3 = a[1], a[2], a[3]
-            for ring, pole in ((1, i - 1), (count - 2, i + 1)):
+            for ring, pole in ((1, i - 1), (end - 1, i + 1)):
                 if j == ring and 0 <= pole < 4:
                     a1 += meridian.pieces[span, pole, 1]
                     a2 += meridian.pieces[span, pole, 2]
                     a3 += meridian.pieces[span, pole, 3]
             rise = (2.0 * a2 + u * 3.0 * a3 if polar else a1 + u * (2.0 * a2 + u * 3.0 * a3)) / T
-            if 1 < j < count - 2:
+            if 1 < j < end - 1:
                 level = (a[2] + u * a[3] if polar else B) / (T * T)
         at = 3 - i if flipped else i
         for c in range(3):
@@ -151,6 +155,6 @@ def _polar(meridian, span, u, rate, flipped, functions):
             functions[2, c, at] = way * rate * across_u
             functions[3, c, at] = rate * rate * B_uu
         functions[0, 2, at], functions[1, 2, at] = level, way * rate * rise
-        if not 1 < j < count - 2:
+        if not 1 < j < end - 1:
             functions[2, 2, at] = 0.0
     return count - 4 - span if flipped else span, S, way * rate * S_u
