@@ -265,4 +265,4 @@ def _distance(shell: TopoDS_Shape, surface: TubeSurface) -> float:
     flat = [bool(tip) for tip, pole in enumerate(surface.poles) if not pole]
     discs = [point for tip in flat for s in (0.0, 0.5, 1.0) for point in cap_points(surface, tip, q, s).tolist()]
     ends = [min(plane.Distance(gp_Pnt(*point)) for plane in planes) for point in discs]
-    return float(max(nearest.max(), *ends))
+    return float(max([nearest.max(), *ends]))

@@ -153,6 +153,11 @@ def _make(
                 "a mould needs a body with a straight axis; only the CAD and the triangles of this one, which has "
                 "body.axis, are written"
             )
+        if problem.tubes.dome:
+            raise ComputationError(
+                "a mould needs a body with a flat tip; only the CAD and the triangles of this one, which has "
+                "body.dome, are written"
+            )
         if problem.make.method == "silicone mould":
             moulded, proved = make_silicone_mould(body, problem, folder / "mould", chord, effects, sags)
         else:

@@ -1,6 +1,7 @@
 """The table [body] of a body of tubes: its sizes, symmetry and chambers at the start."""
 
 import math
+from abc import abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -82,6 +83,24 @@ class _Tube(Table):
         section: Section | None
         taper: float
 
+    @property
+    @abstractmethod
+    def extent(self) -> tuple[float, float]:
+        """From where to where it is along the axis, mm."""
+
+    @property
+    @abstractmethod
+    def domes(self) -> tuple[float, float]:
+        """Heights of the domes that close its ends at base and tip, mm; 0 for flat ends."""
+
+    def scale_at(self, height: float) -> float:
+        """Size of the cross-section at a height along the axis (mm) relative to that at the base, domes aside."""
+        (start, end), (base, tip) = self.extent, self.domes
+        size = 1.0 + (self.taper - 1.0) * (height - start) / (end - start)
+        for dome, into in ((base, start + base - height), (tip, height - end + tip)):
+            size *= math.sqrt(max(0.0, 1.0 - (into / dome) ** 2)) if into > 0.0 else 1.0
+        return size
+
     @model_validator(mode="before")
     @classmethod
     def _radius_of_the_section(cls, data: Any) -> Any:
@@ -120,14 +139,17 @@ class _Tube(Table):
         return area * (1.0 + self.taper + self.taper**2) / 3.0
 
     @property
-    def domes(self) -> tuple[float, float]:
-        """Heights of the domes that close base and tip, mm; 0 for flat ends."""
-        return 0.0, 0.0
-
-    @property
     def least_radius(self) -> float:
         """Least radius of curvature of its cross-sections, mm."""
         return min(1.0, self.taper) * (1.0 / self.section.outline.curvature if self.section else self.radius)
+
+    @property
+    def bend_of_domes(self) -> float:
+        """Largest half sum of the squares of the principal curvatures of its domes, 1/mm²; 0 without any."""
+        tall = [height / self.mean_radius for height in self.domes if height]
+        # Half an ellipsoid is bent most at its pole or along its rim.
+        bends = [max(each**2, 0.5 * (1.0 + each**-4)) for each in tall]
+        return max(bends, default=0.0) / self.least_radius**2
 
 
 class ChamberSpec(_Tube):
@@ -155,8 +177,12 @@ class ChamberSpec(_Tube):
     """Number of such chambers around the body's axis, equally spaced; copies of "A" are named A1, A2, …"""
 
     @property
+    def extent(self) -> tuple[float, float]:
+        return self.span
+
+    @property
     def domes(self) -> tuple[float, float]:
-        """Heights of its two domes, mm: hemispheres where there is room for them; 0 for flat ends."""
+        """Both are hemispheres where there is room for them."""
         height = 0.0 if self.ends == "flat" else min(self.mean_radius, (self.span[1] - self.span[0]) / 2.0)
         return height, height
 
@@ -192,17 +218,30 @@ class ChamberSpec(_Tube):
         return self.model_copy(update={"center": (x, y), "span": (start, end), "radius": radius})
 
 
-DOMED = (
-    "the exterior of a tube has flat ends, for the base and the plate; for a closed dome use a body from a file, "
-    "as pneumorph new NAME --kind dome writes one"
-)
+class Dome(Table):
+    """A dome that closes the tip of the body, in place of a flat disc: at the start half an ellipsoid.
+
+    A part around its pole is bonded to the rigid plate at the tip, which loads act on and whose motion is that of the
+    tip.
+    """
+
+    height: PositiveLength | None = None
+    """Height of the dome, within the body's length; by default the radius at the tip, a hemisphere."""
+    plate: PositiveLength | None = None
+    """Radius of the part that is bonded to the plate; by default 0.3 of the radius at the tip."""
+
+
+DOMED = "the base of a tube is flat, and so is its tip, unless a table [body.dome] closes it by a dome"
 """Said of keys that ask for other ends of the exterior."""
+
+BONDED = 0.3
+"""Radius of the part of a dome that is bonded to the plate, relative to the radius of the body at its tip."""
 
 
 class BodySpec(_Tube):
     """The starting body: a tube with chambers in it, whose base is at z = 0; control_density in 1/mm."""
 
-    instead: ClassVar[Mapping[str, str]] = MappingProxyType({"end": DOMED, "ends": DOMED})
+    instead: ClassVar[Mapping[str, str]] = MappingProxyType({"end": DOMED, "ends": DOMED, "tip": DOMED})
 
     length: PositiveLength
     """Length of the body along its axis, constant in all designs; leave it out where there is an axis."""
@@ -217,6 +256,8 @@ class BodySpec(_Tube):
     """Size of the cross-section at the tip's end relative to that at the base's; between them it changes linearly."""
     control_density: Annotated[float, Quantity(units.PER_LENGTH, "positive")] = 0.6
     """Control points per length, around and along."""
+    dome: Dome | None = None
+    """A dome that closes the tip, in place of a flat disc: [body.dome] alone is a hemisphere."""
     ripple: Ripple | None = None
     """Initial ripple of the exterior and of chambers without their own."""
     symmetry: Symmetry = Symmetry()
@@ -261,10 +302,44 @@ class BodySpec(_Tube):
         return self.model_copy(update={"axis": None})
 
     @property
-    def ends(self) -> tuple[np.ndarray, np.ndarray]:
-        """The centres (3,) of base and tip, mm."""
+    def extent(self) -> tuple[float, float]:
+        return 0.0, self.length
+
+    @property
+    def domes(self) -> tuple[float, float]:
+        return 0.0, 0.0 if self.dome is None else self.dome.height or self.tip_radius
+
+    @property
+    def tip_radius(self) -> float:
+        """Radius at the tip of the circle as long as the outline there, mm, as if the tip were flat."""
+        return self.taper * self.mean_radius
+
+    @property
+    def bonded(self) -> float:
+        """Radius of the part of a dome that is bonded to the plate, mm; 0 without a dome."""
+        return 0.0 if self.dome is None else self.dome.plate or BONDED * self.tip_radius
+
+    @property
+    def farthest(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points (3,) of base and tip in the planes that the body is between, mm: centres of flat ends, and poles."""
         tip = np.array([0.0, 0.0, self.length]) if self.bent is None else self.bent.at([self.length])[0][0]
         return np.zeros(3), tip
+
+    @property
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centres (3,) of base and tip, mm: of flat ends, and of what of a dome is bonded to the plate."""
+        base, tip = self.farthest
+        return base, tip - self._depth * self.turns[1][:, 2]
+
+    @property
+    def _depth(self) -> float:
+        """From the pole of a dome to the centroid of what is bonded to the plate, mm."""
+        height, radius = self.domes[1], self.tip_radius
+        if not height:
+            return 0.0
+        angle = np.linspace(0.0, math.asin(min(self.bonded / radius, 1.0)), 200)
+        area = np.sin(angle) * np.hypot(radius * np.cos(angle), height * np.sin(angle))
+        return float(np.average(height * (1.0 - np.cos(angle)), weights=area))
 
     @property
     def turns(self) -> tuple[np.ndarray, np.ndarray]:

@@ -53,11 +53,14 @@ def starting_body(spec: BodySpec) -> Body[TubeSurface]:
 
     multiple, density = columns_multiple(spec.symmetry), spec.control_density
 
-    exterior = _tube("exterior", spec, (0.0, 0.0), (0.0, spec.length), spec.domes, density, multiple, waves(spec.ripple))
+    exterior = _tube("exterior", spec, (0.0, 0.0), spec.extent, spec.domes, density, multiple, waves(spec.ripple))
     chambers = [
         _tube(each.name, each, each.center, each.span, each.domes, density, multiple, waves(spec.ripple_of(each)))
         for each in spec.chamber
     ]
+    if spec.dome:
+        capsule = _Capsule(spec.mean_radius, 0.0, spec.length, spec.domes)
+        exterior = replace(exterior, bonded=capsule.narrowing(spec.bonded / spec.tip_radius))
     return Body(placed(exterior), tuple(cavity(placed(chamber)) for chamber in chambers))
 
 
@@ -133,6 +136,10 @@ def _pole_profile(
     return dome_fit(basis, widths, capsule.poles), np.zeros((1, 1)), fitted_z
 
 
+_FINE = 2000
+"""Points of the polygon of a dome's meridian."""
+
+
 @dataclass(frozen=True)
 class _Capsule:
     """Meridian of a tube from z = `base` to `tip`, closed by half ellipsoids of given heights, mm, or flat where 0."""
@@ -152,7 +159,8 @@ class _Capsule:
     def _meridian(self) -> tuple[Array, Array, Array]:
         """Arc length, radius and z (mm) at the points of a fine polygon."""
         # From an end inwards; a flat one is its rim alone.
-        angles = [np.linspace(0.0 if height else np.pi / 2.0, np.pi / 2.0, 2000 if height else 1) for height in self.domes]
+        quarter, rim = np.linspace(0.0, np.pi / 2.0, _FINE), np.array([np.pi / 2.0])
+        angles = [quarter if pole else rim for pole in self.poles]
         rho = np.concatenate([self.radius * np.sin(angles[0]), self.radius * np.sin(angles[1])[::-1]])
         depth = [height * (1.0 - np.cos(angle)) for height, angle in zip(self.domes, angles, strict=True)]
         z = np.concatenate([self.base + depth[0], self.tip - depth[1][::-1]])
@@ -162,6 +170,11 @@ class _Capsule:
     @property
     def arc_length(self) -> float:
         return float(self._meridian[0][-1])
+
+    def narrowing(self, share: float) -> float:
+        """Fraction of the arc length at which the radius of the tip's dome is a share of the cylinder's."""
+        s, rho, _ = self._meridian
+        return float(np.interp(-share * self.radius, -rho[-_FINE:], s[-_FINE:]) / s[-1])
 
     def at(self, t: Array) -> tuple[Array, Array]:
         """Radius and z (mm) at fractions t of the arc length."""

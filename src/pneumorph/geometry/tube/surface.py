@@ -48,6 +48,8 @@ class TubeSurface:
         Whether the surface bounds a chamber (void) rather than the outside of the body.
     directions : (Vector, Vector)
         Unit vectors from base to tip at base and tip: flat ends are across them, and so are surfaces at their poles.
+    bonded : float
+        r beyond which the surface belongs to the tip, which is bonded to the plate; 1 unless it is an exterior's pole.
     """
 
     name: str
@@ -56,6 +58,7 @@ class TubeSurface:
     size: tuple[float, float]
     cavity: bool
     directions: tuple[Vector, Vector] = (UPWARDS, UPWARDS)
+    bonded: float = 1.0
 
     @property
     def poles(self) -> tuple[bool, bool]:

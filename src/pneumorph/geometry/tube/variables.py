@@ -1,6 +1,6 @@
 """The design variables of a body of tubes: which coordinates of control points are fixed, tied and bounded.
 
-The exterior's end rows keep their z; all points of a chamber's flat end have the same z; rings in planes between
+The exterior's ends keep their z; all points of a chamber's flat end have the same z; rings in planes between
 rubbers keep theirs (see `level.py`); a pole is one point, and the row next to it has the same z, without which the end
 would be a cone. At the ends of an axis that is not straight, z is along it. Where half-planes between rubbers cut
 surfaces, variables are along these and normal to them instead of along x and y, and columns in them keep their distance
@@ -119,6 +119,8 @@ def _variable_of_coordinate(surface: TubeSurface, sides: Sides, cones: Cones) ->
         if pole:
             group[row] = group[row, 0]
             group[beside, :, 2] = group[row, 0, 2]
+            if not surface.cavity:
+                group[[row, beside], :, 2] = -1
         else:
             group[row, :, 2] = group[row, 0, 2] if surface.cavity else -1
     group[..., 2] = np.where(np.isin(group[..., 2], group[sides.fixed, :, 2]), -1, group[..., 2])

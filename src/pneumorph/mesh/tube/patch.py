@@ -14,14 +14,14 @@ from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.geometry.tube.wedge import Wedge
 from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.mesh.tube.interfaces import Sheet, steps_through, with_interface
-from pneumorph.mesh.tube.rings import Around, disc_rings, strip, tube_rings
+from pneumorph.mesh.tube.rings import SAME, Around, disc_rings, strip, tube_rings
 from pneumorph.mesh.tube.slant import UPRIGHT, Slant
 from pneumorph.problem.regions import REST
 
 
 @dataclass(frozen=True)
 class Patch:
-    """One closed surface; ``part`` tells whether a triangle is on base disc (0), tube (1) or tip disc (2).
+    """One closed surface; ``part`` tells whether a triangle is on base disc (0), tube (1), or tip disc or pole (2).
 
     Where rubbers meet along the surface there are more triangles (`interfaces.INTERFACE`). Behind and ahead of every
     triangle, as its normal points, is a region by name, or void: "".
@@ -72,7 +72,8 @@ def patch_of(
     slant : Slant
         Of lines of the grid; parameters of the patch leave it out.
     """
-    tube = tube_rings(surface, size, turn, around, linings, crossed)
+    bonded = [surface.bonded] if surface.bonded < 1.0 else []
+    tube = tube_rings(surface, size, turn, around, linings, [*crossed, *bonded])
     # At most one layer ends in each disc.
     ending = [next((lining for lining in linings if lining.r[end] == end and not lining.ends), None) for end in (0, 1)]
     base, tip = (
@@ -86,7 +87,8 @@ def patch_of(
     strips = [strip(around.joints(a.q), around.joints(b.q), k) for k, (a, b) in enumerate(pairwise(rings))]
     ring = np.concatenate([k + strip[..., 0] for k, strip in enumerate(strips)])
     along = np.concatenate([strip[..., 1] for strip in strips])
-    strip_part = np.repeat([0, 1, 2], [len(base), len(tube) - 1, len(tip)])
+    on_tube = [1 if ring.r < surface.bonded - SAME else 2 for ring in tube[:-1]]
+    strip_part = np.array([*[0] * len(base), *on_tube, *[2] * len(tip)])
     part = np.repeat(strip_part, [len(strip) for strip in strips])
 
     count = np.array([len(ring.q) for ring in rings])

@@ -19,7 +19,7 @@ from pneumorph.mesh.tube.interfaces import steps_through
 
 _SAMPLES_PER_SPAN = 4  # points per knot span at which lengths and turns are measured
 _GRADATION = 0.4  # mm by which edge lengths may grow per mm along the surface
-_SAME = 1e-9  # parameters nearer than this are one
+SAME = 1e-9  # parameters nearer than this are one
 _HOT_SPOT_POWER = 4  # exponent of the mean over the other direction: high, but no single hot spot decides for a line
 
 
@@ -57,7 +57,7 @@ class Around:
     def through(self, q: np.ndarray, places: Sequence[float]) -> np.ndarray:
         """A ring of parameters, moved so that one is at each of the places."""
         at = self.seam + (np.array(places) - self.seam) % 1.0
-        at = at[(at > self.seam + _SAME) & (at < self.seam + 1.0 - _SAME)]
+        at = at[(at > self.seam + SAME) & (at < self.seam + 1.0 - SAME)]
         if self.parts == 1:
             return _through(np.append(q, self.seam + 1.0), at)[:-1]
         half, moved = len(q) // 2, q.copy()

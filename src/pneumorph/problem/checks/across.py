@@ -9,6 +9,7 @@ from pneumorph.cad.stl import MOST_TRIANGLES
 from pneumorph.problem.acting import faults_of_loads, has_weight
 from pneumorph.problem.checks.axis import check_axis, check_uses
 from pneumorph.problem.checks.chambers import check_chambers, check_walls
+from pneumorph.problem.checks.dome import check_dome
 from pneumorph.problem.checks.enclosed import check_enclosed
 from pneumorph.problem.checks.limits import check_ranges, check_sensitivities, check_shapes, check_states
 from pneumorph.problem.checks.motions import check_motions
@@ -38,7 +39,7 @@ def inconsistencies(problem: Tables) -> list[Fault]:
     found = [fault for check in (_names, check_chambers, check_axis, _no_lattice) for fault in check(problem)]
     placed = (
         *(check_symmetry, check_motions, check_walls, check_uses),
-        *(check_envelope, check_regions, check_reinforcements),
+        *(check_dome, check_envelope, check_regions, check_reinforcements),
     )
     relying = (*(() if found else placed), *states, check_shapes, _contact, check_obstacles, _resolution)
     return found + [fault for check in relying for fault in check(problem)]

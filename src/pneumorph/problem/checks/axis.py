@@ -65,6 +65,8 @@ def check_uses(problem: Tables) -> Iterator[tuple[str, str]]:
                 f"leaves a wall of {max(end, 0.0):.3g} mm at an end of the body, inside the bend of its axis, thinner "
                 f"than limits.wall = {wall:g} mm at the start; make the chamber shorter, or let the axis end straight",
             )
+    if body.dome:
+        yield "body.dome", "needs a straight body.axis; leave out the dome or the axis"
     for index, region in enumerate(problem.region):
         for key in ("beyond", "within"):
             if getattr(region, key) is not None:
@@ -76,7 +78,7 @@ def check_uses(problem: Tables) -> Iterator[tuple[str, str]]:
                 f"task[{index}].objective.{key}",
                 "sections across z need a straight body.axis; use an objective about the tip, e.g. a motion or reach",
             )
-    tip = float(body.ends[1][2])
+    tip = float(body.farthest[1][2])
     if problem.end_effector.kind == "free" and tip < body.radius:
         yield (
             "end_effector.kind",

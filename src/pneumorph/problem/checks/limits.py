@@ -18,12 +18,12 @@ _BEYOND = 3.0
 
 def check_shapes(problem: Tables) -> Iterator[tuple[str, str]]:
     body, limits = problem.tubes, problem.limits
-    tubes = [("the exterior", body.least_radius, "flat", body.ripple, "body.ripple.amplitude")]
+    tubes = [("the exterior", body, body.ripple, "body.ripple.amplitude")]
     for index, chamber in enumerate(body.chamber):
         key = f"body.chamber[{index}].ripple.amplitude" if chamber.ripple else "body.ripple.amplitude"
-        tubes.append((f'chamber "{chamber.name}"', chamber.least_radius, chamber.ends, body.ripple_of(chamber), key))
-    for name, radius, _, ripple, key in tubes:
-        if ripple and ripple.amplitude >= radius:
+        tubes.append((f'chamber "{chamber.name}"', chamber, body.ripple_of(chamber), key))
+    for name, shape, ripple, key in tubes:
+        if ripple and ripple.amplitude >= shape.least_radius:
             yield key, f"is not smaller than the least radius of {name}; make it smaller"
             return
     if limits.envelope and not limits.envelope.symmetric(operations(body.symmetry), body.length):
@@ -48,11 +48,12 @@ def check_shapes(problem: Tables) -> Iterator[tuple[str, str]]:
     if body.bent:
         outlines = [body.outline, *(chamber.outline.moved(*chamber.center) for chamber in body.chamber)]
         along = {name: body.bent.bends(outline) for name, outline in zip(along, outlines, strict=True)}
-    for name, radius, ends, ripple, _ in tubes:
+    for name, shape, ripple, _ in tubes:
+        radius = shape.least_radius
         amplitude, wave = (ripple.amplitude, 2 * math.pi / ripple.period) if ripple else (0.0, 0.0)
-        # h₁ = ½(k₁² + k₂²): on the tube at the ripple's crests and inside a bend, and on a hemisphere.
+        # h₁ = ½(k₁² + k₂²): on the tube at the ripple's crests and inside a bend, and on domes.
         tube = 0.5 * ((radius - amplitude) ** -2 + (amplitude * wave**2 + along[name]) ** 2)
-        bend = max(tube, radius**-2 if ends == "pole" else 0.0)
+        bend = max(tube, shape.bend_of_domes)
         if bend > _BEYOND * limits.curvature:
             yield (
                 "limits.curvature",

@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection
 
 from pneumorph.cad.shells import encloses, shells_of
-from pneumorph.problem.body import BodySpec
+from pneumorph.problem.body import BodySpec, ChamberSpec
 from pneumorph.problem.contact import TriangulatedSpec
 from pneumorph.problem.envelope import Envelope
 from pneumorph.problem.table import ROUNDING
@@ -48,7 +48,7 @@ def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
     if envelope is None or (envelope.radius is not None and envelope.radius <= wall):
         return
     normals, offsets = _planes(envelope)
-    for end, place, turn in zip(("base", "tip"), body.ends, body.turns, strict=True):
+    for end, place, turn in zip(("base", "tip"), body.farthest, body.turns, strict=True):
         if _largest_ball(normals @ turn[:, :2], offsets - normals @ place)[0] <= ROUNDING:
             where = f"at z = {place[2]:g} mm" if turn[2, 2] == 1.0 else f"in its plane through {_words(place)}"
             yield (
@@ -59,7 +59,7 @@ def check_envelope(problem: Tables) -> Iterator[tuple[str, str]]:
     onwards = body.turns[1][:, 2]
     ends = np.array([[0.0, 0.0, -1.0], onwards])
     largest, _ = _largest_ball(
-        np.vstack([normals, ends]), np.append(offsets, np.array([0.0, float(onwards @ body.ends[1])]))
+        np.vstack([normals, ends]), np.append(offsets, np.array([0.0, float(onwards @ body.farthest[1])]))
     )
     if largest < wall - ROUNDING:
         yield (
@@ -105,7 +105,8 @@ def _side_by_side(problem: Tables, normals: Array, offsets: Array) -> Iterator[t
 def _beyond(problem: Tables, normals: Array, offsets: Array) -> float:
     """How far the base and the tip of the starting body are outside of half-spaces, mm."""
     body = problem.tubes
-    ends = zip((1.0, body.taper), body.ends, body.turns, strict=True)
+    sizes = (1.0, body.scale_at(body.length))
+    ends = zip(sizes, body.farthest, body.turns, strict=True)
     points = [place + body.outline.scaled(size).points @ turn[:, :2].T for size, place, turn in ends]
     return float((np.concatenate(points) @ normals.T - offsets).max())
 
@@ -207,10 +208,11 @@ def _inside_tubes(body: BodySpec, x: float, y: float, z: float) -> str | None:
     if not 0.0 < z < body.length:
         return None
     within = []
-    for tube, start, end in [(body, 0.0, body.length), *((each, *each.span) for each in body.chamber)]:
-        outline = tube.outline.scaled(1.0 + (tube.taper - 1.0) * (z - start) / (end - start))
-        place = (0.0, 0.0) if tube is body else tube.center
-        within.append(start <= z <= end and bool(outline.moved(*place).contains(np.array([[x, y]]))[0]))
+    for tube in (body, *body.chamber):
+        start, end = tube.extent
+        outline = tube.outline.scaled(tube.scale_at(z))
+        place = tube.center if isinstance(tube, ChamberSpec) else (0.0, 0.0)
+        within.append(start < z < end and bool(outline.moved(*place).contains(np.array([[x, y]]))[0]))
     if not within[0]:
         return None
     return next(

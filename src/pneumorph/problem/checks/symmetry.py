@@ -52,6 +52,8 @@ def _unlike_images(body: BodySpec, group: list[np.ndarray]) -> Iterator[tuple[st
         yield "body.section", "is not its own image under body.symmetry; turn it, or ask for less symmetry"
     if body.taper != 1.0 and any(matrix[2, 2] < 0.0 for matrix in group):
         yield "body.taper", "makes the two halves along the axis unlike, but body.symmetry maps one to the other"
+    if body.dome and any(matrix[2, 2] < 0.0 for matrix in group):
+        yield "body.dome", "makes the two halves along the axis unlike, but body.symmetry maps one to the other"
     places = np.array([place(chamber) for chamber in body.chamber])
     for index, chamber in enumerate(body.chamber):
         for matrix in group:
