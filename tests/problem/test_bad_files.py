@@ -55,7 +55,7 @@ BULK = 'bulk_modulus = "5 MPa"\ndensity = "1 g/cm^3"'
 MOONEY = f'model = "mooney-rivlin"\nc10 = "0.1 MPa"\nc01 = "0.02 MPa"\n{BULK}'
 
 WRONG = [
-    ('length = "80 mm"', 'length = "80 mm"\nends = "pole"', "body.ends", "--kind dome"),
+    ('length = "80 mm"', 'length = "80 mm"\nends = "pole"', "body.ends", "[body.dome]"),
     ('length = "80 mm"', 'length = "80 kg"', "body.length", "not a unit of a length"),
     ('length = "80 mm"', "length = 80", "body.length", "has no unit"),
     ('length = "80 mm"', 'length = "80"', "body.length", "has no unit"),
