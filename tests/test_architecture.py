@@ -31,6 +31,7 @@ PACKAGES = [
     "sensitivity",
     "results",
     "analysis",
+    "surrogate",
     "limits",
     "optimize",
     "run",

@@ -132,7 +132,7 @@ def direction(text: str) -> Vector:
     ProblemError
         If it is none.
     """
-    axes = dict(zip(("x", "y", "z", "-x", "-y", "-z"), [*np.eye(3), *-np.eye(3)], strict=True))
+    axes: dict[str, np.ndarray] = dict(zip(("x", "y", "z", "-x", "-y", "-z"), [*np.eye(3), *-np.eye(3)], strict=True))
     try:
         vector = axes[text.strip()] if text.strip() in axes else np.array([float(part) for part in text.split(",")])
     except ValueError:

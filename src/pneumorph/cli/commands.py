@@ -259,6 +259,55 @@ def reach(
         raise typer.Exit(status)
 
 
+@doing("building a model")
+def model(
+    source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The file, .npz; by default model.npz in the run, or the name of the problem.")
+    ] = None,
+    bounds: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="A=0:60kPa",
+            help="Least and largest pressure of a chamber; by default 0 and the largest of the tasks; repeatable.",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        str, typer.Option(metavar="'0.5 %'", help="Largest error at random states, over the range of motions.")
+    ] = "0.5 %",
+    sections: Annotated[int, typer.Option(help="Sections along the body whose poses are modelled too.")] = 0,
+    most: Annotated[int, typer.Option(min=1, help="Most states that are solved.")] = 400,
+    check: Annotated[
+        Path | None, typer.Option(help="Compare this model with the design at random pressures, in place of a new one.")
+    ] = None,
+    task: Annotated[str | None, typer.Option(help="Whose loads act; by default the first.")] = None,
+    design: DesignNumber = None,
+    trust: Trusted = False,
+) -> None:
+    """Build a model of a design that gives poses and pressures in microseconds; status 3 if it is not good enough."""
+    from pneumorph.cli.model import model
+
+    if status := model(source, out, bounds or [], tolerance, sections, most, check, task, design, trust):
+        raise typer.Exit(status)
+
+
+@doing("finding the workspace")
+def workspace(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.npz", help="A file that pneumorph model has written.")],
+    bounds: Annotated[
+        list[str] | None,
+        typer.Option(metavar="A=0:60kPa", help="Narrower bounds of a chamber's pressure; repeatable."),
+    ] = None,
+    points: Annotated[int, typer.Option(min=100, max=200_000, help="Number of poses.")] = 4000,
+    csv: Annotated[Path | None, typer.Option(help="Write pressures and poses to this file as a table.")] = None,
+    png: Annotated[Path | None, typer.Option(help="Draw where the tip goes, and how stiff it is there.")] = None,
+) -> None:
+    """Where the tip of a body can go, how it turns there, how finely it can be moved, and how stiff it is."""
+    from pneumorph.cli.model import workspace
+
+    workspace(model, bounds or [], points, csv, png)
+
+
 @doing("calibrating")
 def calibrate(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],

@@ -57,8 +57,8 @@ def reach(
     """
     if curve is not None and motions:
         raise ProblemError("--curve: is given beside a motion; leave one of them out")
-    wanted = [motions_wanted(_pairs(motions, "bending_y=30deg"))] if curve is None else read_motions(curve)
-    given = _pairs(bounds, "A=0:60kPa")
+    wanted = [motions_wanted(pairs(motions, "bending_y=30deg"))] if curve is None else read_motions(curve)
+    given = pairs(bounds, "A=0:60kPa")
     design = design_of(source, number, asking(trust))
     found = design.pressures_along(wanted, given, task)
     for each in found:
@@ -69,7 +69,7 @@ def reach(
     return 0 if all(each.found.reached for each in found) else MISSED
 
 
-def _pairs(given: Sequence[str], example: str) -> dict[str, str]:
+def pairs(given: Sequence[str], example: str) -> dict[str, str]:
     pairs = {}
     for text in given:
         name, equals, value = text.partition("=")

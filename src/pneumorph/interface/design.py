@@ -47,9 +47,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pneumorph.interface.calibration import CalibratedDesign
+    from pneumorph.interface.fast_model import FastModel, ModelCheck
     from pneumorph.interface.tolerance import ToleranceReport
     from pneumorph.make import MadeFiles
     from pneumorph.output.view import View
+
+MOST_STATES = 400
+"""States that are solved for a fast model, unless more are asked for."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -315,6 +319,73 @@ class Design:
         """The pressures for motions one after another, in mm and rad; otherwise as `pressures_for`."""
         explorer = self.explorer(task)
         return inverse(explorer, explorer.problem, bounds, wanted)
+
+    def model(
+        self,
+        path: str | Path,
+        bounds: Mapping[str, Any] | None = None,
+        task: str | None = None,
+        tolerance: float = 0.005,
+        sections: int = 0,
+        most: int = MOST_STATES,
+    ) -> FastModel:
+        """Build a model of the design that gives poses and pressures in microseconds, and write it to a file.
+
+        See ``docs/how_to/model.md``. Any program reads the file with ``pneumorph/surrogate/reader.py`` and NumPy.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, `.npz`.
+        bounds : {chamber: "0:60 kPa"}
+            By default each chamber has at least 0 and at most the largest pressure of a task.
+        task : str
+            Whose loads act; by default the first.
+        tolerance : float
+            Largest error at states that the model does not know, over the range of motions, volumes and sections.
+        sections : int
+            Number of sections along the body whose poses it gives too.
+        most : int
+            Most states that are solved.
+
+        Raises
+        ------
+        ProblemError
+            If a bound or the task is unknown.
+        ComputationError
+            If there is no stable equilibrium within the bounds, or the body cannot be meshed.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> fast = pm.open_run("runs/small").best.model("small.npz")  # doctest: +SKIP
+        >>> fast.model.pressures_for({"extension": 0.2}).pressures  # doctest: +SKIP
+        {'A': 0.031}
+        """
+        from pneumorph.interface.fast_model import build_model
+
+        return build_model(self.explorer(task), Path(path), bounds or {}, tolerance, sections, most)
+
+    def check_model(self, path: str | Path, task: str | None = None, count: int = 8) -> ModelCheck:
+        """Compare a model of this design, from a file, with exact states at random pressures in its domain.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        task : str
+            Whose loads act; by default the first.
+        count : int
+            How many states.
+
+        Raises
+        ------
+        ProblemError
+            If it is no model, or that of another body, task or mesh.
+        """
+        from pneumorph.interface.fast_model import check_model
+
+        return check_model(self.explorer(task), Path(path), count)
 
     def mesh_errors(self) -> dict[str, MeshError]:
         """How far the results of every task are from those on infinitely fine meshes.

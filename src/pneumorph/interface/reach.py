@@ -131,7 +131,7 @@ def bounds_of(problem: Problem, given: Mapping[str, Any]) -> Bounds:
     found: Bounds = {}
     for name in names:
         if name in given:
-            found[name] = _range(name, given[name])
+            found[name] = range_of(name, given[name])
             continue
         ranges = [task.pressure[name] for task in problem.task]
         ends = [0.0, *(end for each in ranges for end in ((each.min, each.max) if each.free else (each.start,)))]
@@ -174,7 +174,7 @@ def _motions_of(path: Path, number: int, row: Sequence[str], units: Mapping[str,
     return {motion: value * one for value, (motion, one) in zip(values, units.items(), strict=True)}
 
 
-def _range(name: str, text: Any) -> tuple[float, float]:
+def range_of(name: str, text: Any) -> tuple[float, float]:
     parts = str(text).split(":")
     if len(parts) > 2:
         raise ProblemError(f'{name}: "{text}" is no range; write {name}=0:60kPa')

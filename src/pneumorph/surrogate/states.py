@@ -1,0 +1,126 @@
+"""Exact states of a body at any pressures, with their derivatives: what fast models are fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.analysis import Explorer
+from pneumorph.analysis.stiffness import turns_by_vector
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.objective.features import NO_SLABS, equidistant
+from pneumorph.sensitivity import measured_of, response
+
+FINEST = 16
+"""Where a state is missing, the last stable one on the way there is found to this part of the way."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A stable state.
+
+    Attributes
+    ----------
+    pressures : (C,) MPa.
+    values : (k,)
+        The tip's translation (mm) and rotation vector (rad), volumes (mm³), positions (mm) and rotation vectors (rad)
+        of sections.
+    slopes : (k, C) derivatives by the pressures, per MPa.
+    compliance : (6, 6) in axes of space.
+    """
+
+    pressures: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    compliance: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Missing:
+    """Pressures (C,) without a stable state, the reason, and the last sample on the way there."""
+
+    pressures: np.ndarray
+    reason: str
+    last: Sample | None
+
+
+class States:
+    """Finds states one after another, each from the nearest that is known.
+
+    Parameters
+    ----------
+    explorer : of the body.
+    bounds : {chamber: (lower, upper)}, MPa.
+    sections : int
+        Number of sections along the body that are measured.
+    """
+
+    def __init__(self, explorer: Explorer, bounds: Mapping[str, tuple[float, float]], sections: int = 0) -> None:
+        self.names, self.bounds = tuple(bounds), np.array(list(bounds.values()), float).reshape(-1, 2)
+        self._explorer, self._sections = explorer, sections
+        # Unlike pressures, so that all are solved on the same mesh whatever they are.
+        odd = 0.5 + 0.4 * (np.arange(len(bounds)) + 1) / (len(bounds) + 1)
+        self._like = self._named(self.bounds[:, 0] + odd * np.ptp(self.bounds, axis=1))
+        self._measured = None
+        self.solved = self.factorisations = self.dofs = 0
+
+    def at(self, pressures: np.ndarray) -> Sample | str:
+        """The state at pressures (C,) in MPa, or why there is none that is stable."""
+        at, answer, tangent = self._explorer.solved(self._named(pressures), self._like)
+        self.solved, self.dofs = self.solved + 1, at.model.size
+        if isinstance(answer, NoEquilibrium):
+            return answer.reason
+        self.factorisations += answer.factorisations
+        if self._explorer.intersects_itself(self._like, at.X + answer.u):
+            return "the body intersects itself"
+        whole, state = self._explorer.whole(self._like), answer.state
+        unstable = not answer.stable
+        if whole is not None:
+            unstable = unstable or whole.negative_pivots(at, state) > 0
+            at, tangent, state = whole.configuration(at), whole.tangent, whole.state(state)
+        if unstable:
+            return "the state is not stable: the body would buckle"
+        if self._measured is None:
+            length = float(at.X[:, 2].max())
+            slabs = equidistant(self._sections, length) if self._sections else NO_SLABS
+            self._measured = measured_of(slabs, np.asarray(at.loads.shift))
+        found = response(at, tangent, state, self._measured)
+        spatial = np.eye(6)
+        spatial[3:, 3:] = turns_by_vector(found.values[3:6])
+        # In the order of our chambers; those without bounds have no pressure.
+        columns = [at.model.chambers.index(name) for name in self.names]
+        order = np.arange(len(found.values))
+        keep = np.concatenate([order[:6], 6 + np.array(columns, int), order[6 + len(at.model.chambers) :]])
+        compliance = spatial @ found.compliance @ spatial.T
+        return Sample(pressures, found.values[keep], found.by_pressure[keep][:, columns], compliance)
+
+    def searched(self, pressures: np.ndarray, base: np.ndarray) -> Sample | Missing:
+        """The same, and where there is no state, the last one on the way from `base` (C,) there."""
+        found = self.at(pressures)
+        if isinstance(found, Sample):
+            return found
+        reason, last, low, high = found, None, 0.0, 1.0
+        while high - low > 1.0 / FINEST:
+            middle = (low + high) / 2
+            there = self.at(base + middle * (pressures - base))
+            if isinstance(there, Sample):
+                low, last = middle, there
+            else:
+                high, reason = middle, there
+        return Missing(base + high * (pressures - base), reason, last)
+
+    def _named(self, pressures: np.ndarray) -> dict[str, float]:
+        return dict(zip(self.names, np.asarray(pressures, float).tolist(), strict=True))
+
+
+def nearest_first(points: np.ndarray, known: np.ndarray, size: np.ndarray) -> list[np.ndarray]:
+    """Points (n, C) in an order in which each is near to one before it or to one that is known (m, C)."""
+    left, path = list(points), list(known)
+    ordered = []
+    while left:
+        away = [min(float(np.linalg.norm((p - k) / size)) for k in path) for p in left] if path else [0.0] * len(left)
+        ordered.append(left.pop(int(np.argmin(away))))
+        path.append(ordered[-1])
+    return ordered
