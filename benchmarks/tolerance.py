@@ -8,6 +8,7 @@ A casting without an equilibrium is counted; the deviation is that of the others
 """
 
 import argparse
+import sys
 
 import numpy as np
 
@@ -22,23 +23,32 @@ from pneumorph.problem.components import MOTIONS
 ENOUGH, MOST = 1e-5, 25
 """Relative residual of the states, and most factorisations for one: what is not found with them is no state."""
 
+EVERY = 10
+"""Castings after which it is told how far they have come."""
+
 
 def sampled(whole: Solved, task: str, tolerances: Tolerances, samples: int, seed: int) -> tuple[np.ndarray, int]:
     """Motions (n, 6) of castings of a body in a task, and the number of those without an equilibrium."""
     at, state = whole.analysis.configurations[task], whole.analysis.equilibria[task].state
     disc, random = whole.disc, np.random.default_rng(seed)
-    # One stays factorised where castings are predicted from; they begin with the factorisation of the one before.
+    # One stays factorised where castings are predicted from, and serves for those that are near.
     tangent, search = disc.tangents[task], Tangent(disc.model)
     tangent.move_to(at, state)
     along = [each.tolerance * each.everywhere(disc.morph) for each in shape_causes(disc.morph, at.X, tolerances)]
     others = {MODULUS: tolerances.rubber, **dict.fromkeys(LOADS.values(), tolerances.load)}
     others |= {pressure_of(chamber): tolerances.pressure for chamber in disc.model.chambers}
     motions, missing = [], 0
-    for _ in range(samples):
+    for number in range(samples):
+        if number > 1 and number % EVERY == 0:
+            so_far = np.std(motions, axis=0, ddof=1) if len(motions) > 1 else "not known"
+            print(
+                f"{task}: {number} of {samples}, {missing} without equilibrium, ± {so_far}", file=sys.stderr, flush=True
+            )
         moved = np.tensordot(random.standard_normal(len(along)), along, axes=1)
         changes = {name: tolerance * random.standard_normal() for name, tolerance in others.items()}
         casting = as_cast(at, moved, changes)
         start = predict(at, tangent, state, moved, casting.loads)
+        search.borrow(tangent, casting)
         answer = solve(casting, search, start, ENOUGH, since=(at, state), most=MOST)
         if not isinstance(answer, Equilibrium):
             missing += 1

@@ -29,9 +29,11 @@ size = "8 mm"
 ANGLE, MOST = '{ kind = "motion", bending_y = "3 deg" }', '{ motion = "bending_y" }'
 
 
-def bending(objective):
-    chambers = (("A", 4, "1 mm", "0 mm"),)
-    return loads(problem_text(BEND.replace("OBJECTIVE", objective), material=MATERIAL, chambers=chambers))
+CHAMBER = (("A", 4, "1 mm", "0 mm"),)
+
+
+def bending(objective, material=MATERIAL):
+    return loads(problem_text(BEND.replace("OBJECTIVE", objective), material=material, chambers=CHAMBER))
 
 
 def with_castings(disc, analysis, task, deviations):
@@ -67,6 +69,22 @@ def test_the_robust_objective_has_the_gradient_of_the_discrete_problem(robust):
     assert abs(slope[space.n_shape :]).max() > 0.0
     loop = design_slopes(problem, space, disc, analysis).total
     np.testing.assert_allclose(loop, slope, atol=1e-4 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("bulk", ["6 MPa", "300 MPa"], ids=["plain", "mixed"])
+def test_castings_near_the_design_need_no_factorisation_of_their_own(bulk):
+    """Their states, stability and gradients are those that a factorisation of their own gives."""
+    problem = bending(ANGLE, MATERIAL.replace("6 MPa", bulk))
+    space, disc = space_of(problem), discretise(problem, starting_body(problem.tubes))
+    disc = with_castings(disc, analyse(problem, space, disc, space.start), "bend", 0.3)
+    found = analyse(problem, space, disc, space.start, tolerance=1e-9)
+    slope = design_slopes(problem, space, disc, found).total
+    assert [casting.tangent.factorisations for casting in disc.castings["bend"]] == [0, 0]
+    for casting, off in zip(disc.castings["bend"], found.castings["bend"], strict=True):
+        assert off.equilibrium.stable
+        casting.tangent.factorise(off.at, off.equilibrium.state)
+        assert casting.tangent.negative_pivots == 0
+    np.testing.assert_allclose(design_slopes(problem, space, disc, found).total, slope, atol=1e-4 * np.abs(slope).max())
 
 
 def rotations(disc, analysis):

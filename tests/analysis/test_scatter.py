@@ -8,7 +8,7 @@ from texts import BEND_UNDER_LOADS, TWO_BESIDE, problem_text
 
 from pneumorph.analysis.near import analyse_near
 from pneumorph.analysis.scatter import one_deviation, scatter_of, with_moduli
-from pneumorph.analysis.thickening import thickening_of
+from pneumorph.analysis.thickening import thickenings
 from pneumorph.analysis.tolerances import Tolerances, shape_causes
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import solve
@@ -126,7 +126,7 @@ def test_castings_off_by_one_deviation_are_solved(whole):
 
 def test_what_rubber_does_at_its_places_adds_up_to_what_a_layer_does(whole):
     """The change per volume, over the surface, is that by rubber on all of it; bending by rubber has both signs."""
-    change = thickening_of(whole, "bend", ["bending_y"])["bending_y"]
+    change = thickenings(whole.problem, whole.disc, whole.analysis)["bend"]["bending_y"]
     mesh = whole.disc.morph.mesh.at(whole.analysis.X)
     causes = {cause.name: cause.by[4] for cause in scatter_of(whole, Tolerances())["bend"].causes}
     for face, where in (("exterior", "the exterior"), ("chamber A", "chamber A"), ("chamber B", "chamber B")):

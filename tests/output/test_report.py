@@ -184,6 +184,31 @@ def test_inflation_is_stored_and_parts_become_whole(problem, fields):
         np.testing.assert_allclose(last[image], last * signs, atol=1e-6)
 
 
+def layer(fields):
+    """What 1 mm of rubber on the whole chamber does to the extension, mm."""
+    corners = fields.mesh.faces["chamber A"][:, :3]
+    first, second, third = (fields.mesh.points[corners[:, k]] for k in range(3))
+    areas = 0.5 * np.linalg.norm(np.cross(second - first, third - first), axis=1)
+    return areas @ fields.thickening["extend"]["extension"][corners].mean(axis=1)
+
+
+def test_what_more_rubber_does_is_stored_and_told(problem, fields, run):
+    """In the unit of the motion, at the vertices of the skin; of a quarter as of the whole body."""
+    known = fields.thickening["extend"]["extension"]
+    back = unpack_fields(fields.pack()).thickening["extend"]["extension"]
+    np.testing.assert_allclose(back, known, rtol=1e-6, atol=1e-9)
+    states, arrays, _ = packed_states(run, run.history())
+    assert "thickening" not in states[0]["tasks"][0]
+    told = states[-1]["tasks"][0]["thickening"]
+    assert told["words"].startswith("Extension") and told["words"].endswith(", mm")
+    packed = arrays[told["name"]]
+    skin = fields.whole().skin
+    assert packed.values.max() * packed.step == pytest.approx(10.0 * known[skin].max(), rel=1e-3)
+    assert packed.values.min() * packed.step == pytest.approx(10.0 * known[skin].min(), rel=1e-3)
+    symmetric = tiny().replace("[[body.chamber]]", 'symmetry = { mirror = ["xz", "yz"] }\n[[body.chamber]]')
+    assert layer(fields) == pytest.approx(layer(analysed(loads(symmetric), 0.3).whole()), rel=0.03)
+
+
 @pytest.mark.slow
 def test_a_page_of_forty_designs_is_small(tmp_path):
     """Seven pressures of two tasks, with nets and a mesh as large as those of the examples."""

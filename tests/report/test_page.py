@@ -32,7 +32,7 @@ def test_it_opens_without_a_complaint_or_a_network(page):
 
 def test_every_colour_mode_draws(page):
     seen = {}
-    for mode in ("thickness", "limits", "stretch", "displacement", "plain"):
+    for mode in ("thickness", "limits", "stretch", "displacement", "rubber", "plain"):
         page.select_option("#mode", mode)
         pixels = seen[mode] = picture(page)
         drawn = pixels[(pixels < 0.97).any(axis=2)]
@@ -41,6 +41,21 @@ def test_every_colour_mode_draws(page):
         assert page.locator("#legend").is_visible() == (mode != "plain")
     modes = list(seen.values())
     assert min(differs(one, other) for k, one in enumerate(modes) for other in modes[:k]) > 0.01
+
+
+def test_what_more_rubber_does_is_told_for_the_task(page):
+    """In the motion that each is about; at rest of the first; not for a design of which it is not stored."""
+    page.select_option("#mode", "rubber")
+    assert words(page, "legend").splitlines()[0] == "Extension: change by 0.1 mm more rubber on 1 cm², mm"
+    low, middle, high = map(float, page.locator("#legend .ticks span").all_inner_texts())
+    assert low == -high < 0.0 == middle
+    inflated = picture(page)
+    page.select_option("#task", "half")
+    assert "change by 0.1 mm more rubber on 1 cm², °" in words(page, "legend")
+    page.select_option("#task", "")
+    assert words(page, "legend").startswith("Extension") and differs(inflated, picture(page)) > 0.005
+    slide(page, "design", 0)
+    assert words(page, "legend").splitlines()[0] == "More rubber: not stored for this design"
 
 
 def test_words_and_legend_are_clear_of_the_body_on_a_phone(page):

@@ -219,6 +219,8 @@ FIELDS = [
     ("sag", np.zeros(3), "shape"),
     ("face mirror ab", np.zeros((1, 6), int), "no known plane"),
     ("inflation parts extend", np.zeros(2), "'inflation u extend' is missing"),
+    ("thickening extension twist", np.zeros(10), "of other tasks or motions"),
+    ("thickening extension extend", np.zeros(9), "shape"),
 ]
 
 OF_ARRAYS = ("designs/0001.npz", "fields/0001.npz", "checkpoint.npz")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from records import entry, task_result
 
-from pneumorph.analysis import analyse, collect_fields, compute_inflation, discretise
+from pneumorph.analysis import analyse, collect_fields, compute_inflation, discretise, thickenings
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube import build_design_space, starting_body
 from pneumorph.problem import Problem
@@ -65,7 +65,7 @@ def analysed(problem: Problem, amplitude: float) -> Fields:
     body = waved(starting_body(problem.tubes), amplitude)
     space, disc = build_design_space(problem, body), discretise(problem, body)
     found = analyse(problem, space, disc, space.start)
-    return collect_fields(disc, found, None, compute_inflation(disc, found))
+    return collect_fields(disc, found, None, compute_inflation(disc, found), thickenings(problem, disc, found))
 
 
 def ended(run: RunDirectory, reason: str = "it is a test", completed: bool = True) -> RunResult:

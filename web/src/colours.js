@@ -5,6 +5,8 @@ const THICKNESS = ["#b2182b", "#ef8a62", "#f3dcc8", "#a6cbe0", "#2c6da8"];
 const DISPLACEMENT = ["#46327e", "#365c8d", "#277f8e", "#4ac16d", "#fde725"];
 // Pale as long as half of a limit is left.
 const LIMITS = ["#dfe5ea", "#d5dfe6", "#c7d8e0", "#b7d0d6", "#a8c8c4", "#cfd18c", "#f0c24f", "#ea7f2d", "#a3160f"];
+// From less motion to more.
+const RUBBER = ["#2166ac", "#92c5de", "#f0f0f0", "#f4a582", "#b2182b"];
 export const PLAIN = "#b9c6d2";
 
 const linear = (part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
@@ -16,6 +18,7 @@ export const MODES = {
   limits: { option: "nearest limit", word: "Share of the nearest limit", unit: "%", stops: LIMITS },
   stretch: { option: "stretch", word: "Largest principal stretch", unit: "", stops: STRETCH },
   displacement: { option: "displacement", word: "Displacement", unit: "mm", stops: DISPLACEMENT },
+  rubber: { option: "0.1 mm more rubber", word: "More rubber: not stored for this design", unit: "", stops: RUBBER },
   plain: { option: "none", word: "Plain", unit: "", stops: [PLAIN, PLAIN] },
 };
 

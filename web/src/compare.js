@@ -70,12 +70,12 @@ export class Comparison {
     const { state } = this.page;
     this.marked(Math.min(state.design, Math.max(...this.all.map(({ facts }) => facts.history.length)) - 1));
     const shown = this.all.map((each) => ({ ...each, ...this.#shown(each) }));
-    const named = shown.map(({ shape, shapes, ranges }) => ({ ...valued(state.mode, shape, shapes, ranges), ranges }));
+    const named = shown.map(({ shape, shapes, ranges, task }) => ({ ...valued(state.mode, shape, shapes, ranges, task), ranges }));
     for (const [place, { number, shape, facts, design, task, entry }] of shown.entries()) {
       const { figure, view } = this.bodies[number];
       const { values, name } = named[place];
       // One scale for all.
-      const ends = named.filter((each) => each.name === name).map((each) => each.ranges.of(name));
+      const ends = named.filter((each) => each.name === name).map((each) => each.ranges.of(name, each.values));
       const range = [Math.min(...ends.map(([low]) => low)), Math.max(...ends.map(([, high]) => high))];
       view?.show(shape, painted(values, range, MODES[state.mode].stops), null, task, null, byId("marks").checked);
       view?.cut(this.page.cut.where);

@@ -39,9 +39,14 @@ export class Ranges {
     Object.assign(this, { shapes, last });
   }
 
-  of(name) {
+  // Of a name that `valued` gives, for these values where they have ends of their own.
+  of(name, values) {
     // When it is asked for: distances take a moment.
     if (name === "thickness") this.ends.thickness ??= this.#thickness();
+    if (name === "rubber") {
+      const most = quantile(values.map(Math.abs), 0.99) || 1;
+      return [-most, most];
+    }
     return this.ends[name];
   }
 
@@ -53,8 +58,9 @@ export class Ranges {
 }
 
 // The values of a mode on a shape, the name of their range, and words for the scale where they are not the mode's own.
-export function valued(mode, shape, shapes, ranges) {
+export function valued(mode, shape, shapes, ranges, task) {
   const count = shape.positions.length / 3;
+  const rubber = mode === "rubber" ? shapes.thickening(shape, task) : null;
   const name = mode === "displacement" && !shape.stretch ? "change" : mode;
   const fields = {
     thickness: () => shapes.thickness(shape, ranges.most),
@@ -62,9 +68,10 @@ export function valued(mode, shape, shapes, ranges) {
     stretch: () => shape.stretch ?? new Float32Array(count).fill(1),
     displacement: () => shapes.displacement(shape),
     change: () => shapes.displacement(shape),
+    rubber: () => rubber?.values ?? new Float32Array(count),
     plain: () => new Float32Array(count),
   };
-  const words = { change: "Change since the start", displacement: "Displacement from rest" }[name];
+  const words = { change: "Change since the start", displacement: "Displacement from rest", rubber: rubber?.words }[name];
   return { values: fields[name](), name, words };
 }
 

@@ -79,6 +79,10 @@ export class RunPage {
     if (this.explorable) options.push(element("option", { value: EXPLORE }, "set pressures"));
     byId("task").replaceChildren(element("option", { value: "" }, "at rest"), ...options);
     byId("task").value = this.state.task;
+    // Runs of earlier versions do not have it.
+    const rubber = byId("mode").querySelector("[value=rubber]");
+    rubber.hidden = rubber.disabled = !this.shapes.thickened;
+    if (rubber.disabled && this.state.mode === "rubber") this.state.mode = "thickness";
     byId("mode").value = this.state.mode;
   }
 
@@ -104,8 +108,8 @@ export class RunPage {
     const shape = free ? free.shape : stop ? shapes.moved(state.design, stop) : shapes.atRest(state.design);
     const whole = stop !== undefined && state.stop === stops.length - 1;
     if (view) {
-      const { values, name, words } = valued(state.mode, shape, shapes, this.ranges);
-      const range = this.ranges.of(name);
+      const { values, name, words } = valued(state.mode, shape, shapes, this.ranges, state.task);
+      const range = this.ranges.of(name, values);
       const colours = painted(values, range, MODES[state.mode].stops);
       view.show(shape, colours, byId("ghost").checked ? this.#ghost() : null, stop || free ? state.task : "", whole ? entry.tasks[state.task] : null, byId("marks").checked);
       this.drawn = shape;

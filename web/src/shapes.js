@@ -43,12 +43,15 @@ export class Shapes {
 
   // A stored design at one of these stops.
   moved(design, stop) {
-    return this.#once(`moved ${stop.name}`, () => {
+    return this.#once(`moved ${stop.name}`, () => ({ ...inflated(this.packed, this.#stored(design).skin, stop), design, skin: "stored" }));
+  }
+
+  // What is stored of a design, with the surfaces of its mesh; null where nothing is.
+  #stored(design) {
+    return this.#once(`stored ${design}`, () => {
       const { iteration } = this.facts.history[design];
-      const skin = this.#once(`skin ${design}`, () => {
-        return this.#skin(this.packed, this.facts.states.find((state) => state.design === iteration));
-      });
-      return { ...inflated(this.packed, skin, stop), design, skin: "stored" };
+      const state = this.facts.states.find((each) => each.design === iteration);
+      return state ? { ...state, skin: this.#skin(this.packed, state) } : null;
     });
   }
 
@@ -77,6 +80,27 @@ export class Shapes {
       const same = this.#walls(shape.design).nearest(shape.rest, shape.owner);
       return { values: Float32Array.from(same, (i) => there.values[i]), limits: Uint8Array.from(same, (i) => there.limits[i]) };
     });
+  }
+
+  // What more rubber at the vertices of a shape does to the motion of a task, or of the first one that has it stored, and
+  // words for that; null where there is none.
+  thickening(shape, task) {
+    const stored = this.#stored(shape.design);
+    const all = stored?.tasks.filter(({ thickening }) => thickening) ?? [];
+    const { thickening } = all.find((each) => each.task === task) ?? all[0] ?? {};
+    if (!thickening) return null;
+    return this.#once(`${thickening.name} ${shape.skin}`, () => {
+      const values = this.packed.array(thickening.name);
+      if (shape.skin === "stored") return { values, words: thickening.words };
+      const { rest, index, owner } = stored.skin;
+      const same = new Walls(rest, index, owner).nearest(shape.rest, shape.owner);
+      return { values: Float32Array.from(same, (i) => values[i]), words: thickening.words };
+    });
+  }
+
+  // Whether that is stored of any design.
+  get thickened() {
+    return this.facts.states.some(({ tasks }) => tasks.some(({ thickening }) => thickening));
   }
 
   #usedAtRest(design) {

@@ -12,6 +12,7 @@ from pneumorph.analysis.analyse import (
     lateral_stability,
     lateral_stiffness,
     predict_states,
+    with_castings,
 )
 from pneumorph.analysis.ballooning import expect_limit_points, limit_points, margin_slopes, margins, near_margins
 from pneumorph.analysis.collect import (
@@ -36,6 +37,7 @@ from pneumorph.analysis.slopes import (
     strain_slopes,
 )
 from pneumorph.analysis.starting import analyse_start
+from pneumorph.analysis.thickening import thickenings
 
 __all__ = [
     "AnalysedBody",
@@ -85,4 +87,6 @@ __all__ = [
     "sensitivity_rows",
     "strain_shares",
     "strain_slopes",
+    "thickenings",
+    "with_castings",
 ]

@@ -208,7 +208,7 @@ def analyse(
     """
     points = space.control_points(phi)
     X, pressures, reinforcement = disc.morph.positions(points), space.pressures(phi), space.reinforcement(phi)
-    configurations, equilibria, values, crossing, castings, weighed = {}, {}, {}, {}, {}, {}
+    configurations, equilibria, values, crossing = {}, {}, {}, {}
     touches_itself = disc.model.contact is not None and disc.model.contact.own is not None
     for number, task in enumerate(problem.task):
         under = acting(problem, task)
@@ -231,20 +231,50 @@ def analyse(
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
         crossing[task.name] = not touches_itself and disc.skin.intersects_itself(X + equilibrium.u)
-        weighed[task.name] = values[task.name]
-        if asked := disc.castings.get(task.name):
-            solver, objective = disc.tangents[task.name], disc.objectives[task.name]
-            begins = [(starts or {}).get(casting_name(task.name, number)) for number in range(len(asked))]
-            with doing(f"perturbed castings of task {task.name}"):
-                off = solve_castings(asked, at, solver, equilibrium.state, objective, begins, tolerance, most)
-            if isinstance(off, NoEquilibrium):
-                return replace(off, reason=f"a perturbed casting has no state: {off.reason}")
-            castings[task.name], weighed[task.name] = off, sum(each.value for each in off) / len(off)
-    value = sum(task.weight * weighed[task.name] for task in problem.task)
+    value = sum(task.weight * values[task.name] for task in problem.task)
     data = space.data(phi)
-    return Analysis(
-        phi, points, X, pressures, data, configurations, equilibria, values, value, crossing, castings=castings
-    )
+    found = Analysis(phi, points, X, pressures, data, configurations, equilibria, values, value, crossing)
+    return with_castings(problem, disc, found, starts, tolerance=tolerance, most=most) if disc.castings else found
+
+
+def with_castings(
+    problem: Problem,
+    disc: Discretisation,
+    analysis: Analysis,
+    starts: Starts | None = None,
+    *,
+    tolerance: float = DESIGN_TOLERANCE,
+    most: float = math.inf,
+) -> Analysis | NoEquilibrium:
+    """An analysed design with the states of its perturbed castings, whose mean objective is that of a task.
+
+    Parameters
+    ----------
+    problem : with its tasks.
+    disc : the mesh, with castings.
+    analysis : of the design itself; those of its castings and their limit points are found anew.
+    starts : states or guesses by task and casting: the search for a casting begins as far from the task's state as its
+        start is from the task's start.
+    tolerance, most : see `analyse`.
+    """
+    begins = {name: each.state if isinstance(each, Guess) else each for name, each in (starts or {}).items()}
+    castings, value = {}, 0.0
+    for task in problem.task:
+        at, tangent, equilibrium, known, _ = analysis.state(disc, task.name)
+        asked, apart = disc.castings.get(task.name, ()), []
+        for number in range(len(asked)):
+            start = begins.get(casting_name(task.name, number))
+            vector = disc.model.vector
+            apart.append(None if start is None else vector(start) - vector(begins[task.name]))
+        with doing(f"perturbed castings of task {task.name}"):
+            objective = disc.objectives[task.name]
+            off = solve_castings(asked, at, tangent, equilibrium.state, objective, apart, tolerance, most)
+        if isinstance(off, NoEquilibrium):
+            return replace(off, reason=f"a perturbed casting has no state: {off.reason}")
+        castings[task.name] = off
+        value += task.weight * (sum(each.value for each in off) / len(off) if off else known)
+    points = {name: analysis.limit_points[name] for name in analysis.equilibria if name in analysis.limit_points}
+    return replace(analysis, castings=castings, value=value, limit_points=points)
 
 
 @doing("testing whether the states are stable")
@@ -319,6 +349,7 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
         off = zip(disc.castings.get(name, ()), analysis.castings.get(name, ()), strict=True)
         for number, (casting, known) in enumerate(off):
             there = as_cast(replace(at, loads=loads), casting.motion, casting.changes)
+            casting.tangent.borrow(disc.tangents[name], known.at)
             guess = predict(known.at, known.tangent, known.equilibrium.state, dX, there.loads)
             guesses[casting_name(name, number)] = guess
     return guesses

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pneumorph.analysis.tolerances import MODULUS, Tolerances, as_cast, pressure_of, shape_causes
-from pneumorph.mechanics import Configuration, Equilibrium, Guess, NoEquilibrium, State, Tangent, predict, solve
+from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, State, Tangent, predict, solve
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.objective import Objective
@@ -64,24 +64,27 @@ def solve_castings(
     tangent: Tangent,
     state: State,
     objective: Objective,
-    starts: Sequence[State | Guess | None],
+    beside: Sequence[np.ndarray | None],
     tolerance: float,
     most: float,
 ) -> tuple[TaskState, ...] | NoEquilibrium:
-    """The states of castings, each from its start, or from a first-order prediction where it has none.
+    """The states of castings, with the factorisation of the body as it is designed where that is near enough.
 
     Parameters
     ----------
     castings : of the body.
     at, tangent, state : the equilibrium of the body as it is designed.
     objective : of the task.
-    starts : states from which the searches begin.
+    beside : by what (n,) unknowns differ from those of `state` where the searches begin; None: by first derivatives.
     tolerance, most : see `solve`.
     """
     solved = []
-    for casting, start in zip(castings, starts, strict=True):
+    for casting, apart in zip(castings, beside, strict=True):
         there = as_cast(at, casting.motion, casting.changes)
-        start = start or predict(at, tangent, state, casting.motion, there.loads)
+        start = predict(at, tangent, state, casting.motion, there.loads) if apart is None else None
+        if apart is not None:
+            start = at.model.state(at.model.vector(state) + apart)
+        casting.tangent.borrow(tangent, there)
         found = solve(there, casting.tangent, start, tolerance, (at, state), most)
         if isinstance(found, NoEquilibrium):
             return found

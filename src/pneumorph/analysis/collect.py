@@ -114,6 +114,7 @@ def collect_fields(
     analysis: Analysis,
     sag: np.ndarray | None = None,
     inflation: Mapping[str, Inflation] | None = None,
+    thickening: Mapping[str, Mapping[str, np.ndarray]] | None = None,
 ) -> Fields:
     """Collect the fields of an analysed design.
 
@@ -123,10 +124,12 @@ def collect_fields(
     analysis : its states.
     sag : (N, 3) mm, of `compute_sag`, if it is stored.
     inflation : of `compute_inflation`, if it is stored.
+    thickening : of `thickenings`, if it is stored.
     """
     mesh = disc.morph.mesh.at(analysis.X)
     u = {name: equilibrium.u for name, equilibrium in analysis.equilibria.items()}
-    return Fields(mesh, u, {name: nodal_stretch(mesh, moved) for name, moved in u.items()}, sag, inflation or {})
+    stretch = {name: nodal_stretch(mesh, moved) for name, moved in u.items()}
+    return Fields(mesh, u, stretch, sag, inflation or {}, thickening or {})
 
 
 @doing("finding how it sags without pressure")

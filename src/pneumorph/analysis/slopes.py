@@ -151,7 +151,7 @@ def _gradient(space: DesignSpace, disc: Discretisation, name: str, state: TaskSt
 
 def _jacobian(space: DesignSpace, disc: Discretisation, name: str, state: TaskState) -> tuple[np.ndarray, np.ndarray]:
     """Residuals (k,) of a task in a state of it, and their derivatives (k, n) with respect to Φ."""
-    derivatives = residual_jacobian(state.at, state.tangent, state.equilibrium, disc.objectives[name])
+    derivatives = residual_jacobian(state.at, state.tangent, state.equilibrium, disc.objectives[name], DESIGN_ACCURACY)
     rows = [
         space.pullback(
             disc.morph.pullback(X),

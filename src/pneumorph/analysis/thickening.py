@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
-from pneumorph.analysis.near import Solved
+from pneumorph.analysis.analyse import Analysis, Discretisation
 from pneumorph.analysis.surface_motions import offset
+from pneumorph.doing import doing
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import TRIANGLE_EDGES, chambers_of
+from pneumorph.problem import Problem
 from pneumorph.problem.components import MOTIONS
 from pneumorph.sensitivity import motion_slopes
 
@@ -17,21 +17,24 @@ CORNERS = 3
 """The first nodes of a six-node triangle."""
 
 
-def thickening_of(whole: Solved, task: str, motions: Iterable[str]) -> dict[str, np.ndarray]:
-    """The changes (N,) of motions of the tip in a task, in mm or rad per mm³, see `thickening`.
+@doing("finding what more rubber does to motions")
+def thickenings(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, dict[str, np.ndarray]]:
+    """The changes (N,) of the motions that tasks are about, by task and motion, in mm or rad per mm³.
+
+    Of a part of a body, rubber at one place of the whole; its images add as much. See `thickening`.
 
     Parameters
     ----------
-    whole : the whole body with its states.
-    task : name of the task.
-    motions : of the tip.
+    problem : whose tasks are looked at.
+    disc, analysis : a body of it, or a part of it, with its states.
     """
-    asked = list(motions)
-    if not asked:
-        return {}
-    at, state = whole.analysis.configurations[task], whole.analysis.equilibria[task].state
-    slopes = motion_slopes(at, whole.disc.tangents[task], state)
-    return {motion: thickening(whole.disc.morph, at.X, slopes.X[MOTIONS.index(motion)]) for motion in asked}
+    found: dict[str, dict[str, np.ndarray]] = {}
+    for task in problem.task:
+        if asked := list(task.objective.tip_motions):
+            at, state = analysis.configurations[task.name], analysis.equilibria[task.name].state
+            slopes = motion_slopes(at, disc.tangents[task.name], state).X / disc.model.copies
+            found[task.name] = {motion: thickening(disc.morph, at.X, slopes[MOTIONS.index(motion)]) for motion in asked}
+    return found
 
 
 def thickening(morph: Morph, X: np.ndarray, by_X: np.ndarray) -> np.ndarray:
@@ -43,7 +46,7 @@ def thickening(morph: Morph, X: np.ndarray, by_X: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    morph, X : the mesh of a whole body, and where its nodes are (N, 3), mm.
+    morph, X : the mesh of a body or a part of it, and where its nodes are (N, 3), mm.
     by_X : (N, 3) derivatives of the motion by all nodes.
     """
     mesh, by_surface = morph.mesh.at(X), np.zeros_like(X)

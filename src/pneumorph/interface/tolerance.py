@@ -11,7 +11,7 @@ import numpy as np
 
 from pneumorph.analysis.near import Solved, analyse_near
 from pneumorph.analysis.scatter import OneDeviation, one_deviation, scatter_of, with_moduli
-from pneumorph.analysis.thickening import thickening_of
+from pneumorph.analysis.thickening import thickenings
 from pneumorph.analysis.tolerances import Tolerances
 from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
@@ -170,10 +170,10 @@ def tolerance_report(
     if tasks is not None:
         problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
     whole = analyse_near(problem, body, (), stored, results)
-    scatters, by_nodes = scatter_of(whole, tolerances), {}
+    scatters, by_nodes = scatter_of(whole, tolerances), thickenings(problem, whole.disc, whole.analysis)
     solved: dict[str, dict[str, OneDeviation]] = {}
     for task in problem.task:
-        solved[task.name], by_nodes[task.name] = {}, thickening_of(whole, task.name, task.objective.tip_motions)
+        solved[task.name] = {}
         for motion in task.objective.tip_motions:
             found = one_deviation(whole, task.name, scatters[task.name], MOTIONS.index(motion))
             if found is not None:

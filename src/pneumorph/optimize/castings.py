@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, analyse
+from pneumorph.analysis import Analysis, Discretisation, with_castings
 from pneumorph.analysis.castings import Casting, worst_changes
 from pneumorph.analysis.tolerances import Tolerances, moved_by
 from pneumorph.errors import Hopeless
@@ -35,7 +35,7 @@ def begun_robust(setup: Setup, disc: Discretisation, analysis: Analysis) -> tupl
     if setup.problem.robust is None:
         return disc, analysis
     disc = _with_worst(setup, setup.problem.robust, disc, analysis)
-    found = _again(setup, disc, analysis)
+    found = with_castings(setup.problem, disc, analysis, most=setup.settings.trial.most_on_new_mesh)
     if isinstance(found, NoEquilibrium):
         raise Hopeless(f"robust: at the start {found.reason}; lower the pressures, or give smaller deviations")
     return disc, found
@@ -52,7 +52,8 @@ def renewed(setup: Setup, current: Iterate, clock: Clock) -> Iterate:
         return current
     with clock.phase("equilibrium"):
         disc = _with_worst(setup, robust, current.disc, current.analysis)
-        analysis = _again(setup, disc, current.analysis)
+        most = setup.settings.trial.most_on_new_mesh
+        analysis = with_castings(setup.problem, disc, current.analysis, most=most)
     if isinstance(analysis, NoEquilibrium):
         return current
     more = analysis.value - current.analysis.value
@@ -88,15 +89,3 @@ def _with_worst(setup: Setup, robust: RobustSpec, disc: Discretisation, analysis
             for changes, solver in zip(worst, solvers, strict=True)
         )
     return replace(disc, castings=castings)
-
-
-def _again(setup: Setup, disc: Discretisation, analysis: Analysis) -> Analysis | NoEquilibrium:
-    """The same design with its castings; what is known of its limit points stays."""
-    states = {name: equilibrium.state for name, equilibrium in analysis.equilibria.items()}
-    most = setup.settings.trial.most_on_new_mesh
-    found = analyse(setup.problem, setup.space, disc, analysis.phi, states, most=most)
-    if isinstance(found, Analysis):
-        found.limit_points.update(
-            {name: analysis.limit_points[name] for name in states if name in analysis.limit_points}
-        )
-    return found

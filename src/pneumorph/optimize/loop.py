@@ -21,6 +21,7 @@ from pneumorph.analysis import (
     near_margins,
     outgrown,
     quick_errors,
+    thickenings,
 )
 from pneumorph.doing import doing
 from pneumorph.limits.kinds.states import MARGIN
@@ -154,7 +155,8 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
             compute_sag(setup.problem, last.disc, last.analysis),
             compute_inflation(last.disc, last.analysis),
         )
-        fields = collect_fields(last.disc, last.analysis, sag, inflation)
+        thickening = thickenings(setup.problem, last.disc, last.analysis)
+        fields = collect_fields(last.disc, last.analysis, sag, inflation, thickening)
         rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
         errors = last.errors or quick_errors(setup.problem, last.disc, last.analysis)
         mesh = {name: error.fine for name, error in errors.items()}

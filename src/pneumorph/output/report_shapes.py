@@ -16,6 +16,8 @@ from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
 from pneumorph.output.tube.nets import told_as_tube
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import acting_in, like_first
+from pneumorph.problem.components import is_turn
+from pneumorph.problem.objectives.words import motion_word
 from pneumorph.results import Fields, HistoryEntry, SweepStep, TaskResult, nodal_stretch
 from pneumorph.run import RunDirectory
 
@@ -25,6 +27,9 @@ QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 MOST_NUMBERS = 1_300_000
 """Most displacements and stretches on a page. They take 1.5 bytes each, so that the whole page stays below 5 MB. Where
 there are more, surfaces are drawn by the corners of their triangles only, and then at fewer pressures."""
+
+PATCH = 10.0
+"""mm³ of rubber that is added at a place where it is told what that does: 0.1 mm on 1 cm²."""
 
 Arrays = dict[str, Steps]
 
@@ -129,10 +134,32 @@ def packed_states(
         notes.append("free obstacles are shown at rest and at the whole pressures, where their places are stored")
     told, arrays = [], Arrays()
     for (entry, fields), by_task in zip(whole, stops, strict=True):
-        design, more = _packed_design(entry.iteration, fields, by_task, corners)
+        changes = _changes(run.problem, fields)
+        design, more = _packed_design(entry.iteration, fields, by_task, corners, changes)
         told.append(design)
         arrays |= more
     return told, arrays, notes
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """What `PATCH` of rubber at every node (N,) does to a motion, with words that have its unit."""
+
+    words: str
+    values: np.ndarray
+
+
+def _changes(problem: Problem, fields: Fields) -> dict[str, Change]:
+    """Of the first motion of the tip that every task is about, where it is stored."""
+    found = {}
+    for task in problem.task:
+        for motion, sign in list(task.objective.tip_motions.items())[:1]:
+            if motion in fields.thickening.get(task.name, {}):
+                unit, size = ("°", float(np.degrees(1.0))) if is_turn(motion) else ("mm", 1.0)
+                word = motion_word(motion, sign)
+                words = f"{word[0].upper()}{word[1:]}: change by 0.1 mm more rubber on 1 cm², {unit}"
+                found[task.name] = Change(words, sign * size * PATCH * fields.thickening[task.name][motion])
+    return found
 
 
 def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> Iterator[Stop]:
@@ -187,7 +214,7 @@ def packed_state(
     whole = fields.whole()
     ((task, u),) = whole.u.items()
     stop = Stop(pressures, u, whole.stretch[task], _moved(problem, task, found))
-    return _packed_design(0, whole, {task: [stop]}, corners=False)
+    return _packed_design(0, whole, {task: [stop]}, corners=False, changes={})
 
 
 def _thinned(stops: list[Stop], part: float) -> list[Stop]:
@@ -198,7 +225,7 @@ def _thinned(stops: list[Stop], part: float) -> list[Stop]:
 
 
 def _packed_design(
-    number: int, fields: Fields, by_task: Mapping[str, list[Stop]], corners: bool
+    number: int, fields: Fields, by_task: Mapping[str, list[Stop]], corners: bool, changes: Mapping[str, Change]
 ) -> tuple[dict[str, Any], Arrays]:
     skin, step = _skin(fields, corners), min(MICROMETRE, 1e-4 * float(np.ptp(fields.mesh.points, axis=0).max()))
     arrays = {
@@ -215,6 +242,10 @@ def _packed_design(
             arrays[f"stretch {name}"] = in_steps(stop.stretch[skin.nodes], 1e-3)
             told.append({"pressures": dict(stop.pressures), "name": name, "obstacles": dict(stop.obstacles)})
         tasks.append({"task": task, "stops": told})
+        if task in changes:
+            name = f"thickening {number} {task}"
+            arrays[name] = in_parts(changes[task].values[skin.nodes])
+            tasks[-1]["thickening"] = {"name": name, "words": changes[task].words}
     return {"design": number, "parts": skin.parts, "tasks": tasks}, arrays
 
 

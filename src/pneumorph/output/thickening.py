@@ -11,15 +11,13 @@ from pneumorph.mesh.tets import TetMesh
 from pneumorph.output.bodies import Row
 from pneumorph.output.cuts import view_of
 from pneumorph.output.render import images
+from pneumorph.output.report_shapes import PATCH
 from pneumorph.output.scenes import MOST, Scene
 from pneumorph.output.view import Colours, Shape
 from pneumorph.problem import Problem
 
 STOPS = ("#2166ac", "#92c5de", "#f0f0f0", "#f4a582", "#b2182b")
 """Colours from less motion to more."""
-
-PATCH = 10.0
-"""mm³: 0.1 mm of rubber on 1 cm²."""
 
 
 def thickening_figure(problem: Problem, mesh: TetMesh, changes: Mapping[str, np.ndarray], unit: str) -> Figure:

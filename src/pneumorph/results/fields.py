@@ -9,6 +9,7 @@ import numpy as np
 
 from pneumorph.mesh import Covered, TetMesh, unfold
 from pneumorph.mesh.tets import TET_RULE, TURNED, chambers_of, is_cut, tet_gradient
+from pneumorph.problem.components import MOTIONS
 from pneumorph.results.arrays import floats, indices
 from pneumorph.symmetry.operations import MIRRORS
 from pneumorph.symmetry.part import MOST_TURNS, onwards, turns_of
@@ -52,6 +53,9 @@ class Fields:
         this equilibrium was not computed.
     inflation : {task: Inflation}
         Of the last design of a run; runs of earlier versions have none.
+    thickening : {task: {motion: (N,)}}
+        Of the last design of a run, the change of the tip's motions that tasks are about, in mm or rad per mm³ of
+        rubber that is added at nodes of surfaces; runs of earlier versions have none.
     """
 
     mesh: TetMesh
@@ -59,6 +63,7 @@ class Fields:
     stretch: Mapping[str, np.ndarray]
     sag: np.ndarray | None = None
     inflation: Mapping[str, Inflation] = field(default_factory=dict)
+    thickening: Mapping[str, Mapping[str, np.ndarray]] = field(default_factory=dict)
 
     @property
     def skin(self) -> np.ndarray:
@@ -83,6 +88,7 @@ class Fields:
                 name: Inflation(each.parts, np.einsum("sij,ksj->ksi", turn, each.u[:, source]), each.stretch[:, source])
                 for name, each in self.inflation.items()
             },
+            {name: {motion: by[image.source] for motion, by in each.items()} for name, each in self.thickening.items()},
         )
 
     def pack(self) -> dict[str, np.ndarray]:
@@ -96,6 +102,8 @@ class Fields:
         for name, each in self.inflation.items():
             arrays |= {f"inflation parts {name}": each.parts, f"inflation u {name}": each.u}
             arrays |= {f"inflation stretch {name}": each.stretch}
+        for name, each in self.thickening.items():
+            arrays |= {f"thickening {motion} {name}": by.astype(np.float32) for motion, by in each.items()}
         return arrays if self.sag is None else arrays | {"sag": self.sag}
 
 
@@ -120,7 +128,13 @@ def unpack_fields(arrays: Mapping[str, np.ndarray]) -> Fields:
         inflation[name] = Inflation(parts, moved, floats(arrays, f"inflation stretch {name}", len(parts), skin))
         if name not in u:
             raise ValueError("its ways of inflation are of other tasks")
-    return Fields(mesh, u, stretch, sag, inflation)
+    thickening: dict[str, dict[str, np.ndarray]] = {}
+    for each in named("thickening"):
+        motion, _, name = each.partition(" ")
+        if name not in u or motion not in MOTIONS:
+            raise ValueError("what more rubber does is of other tasks or motions")
+        thickening.setdefault(name, {})[motion] = floats(arrays, f"thickening {each}", nodes)
+    return Fields(mesh, u, stretch, sag, inflation, thickening)
 
 
 def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> TetMesh:

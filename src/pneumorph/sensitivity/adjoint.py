@@ -108,7 +108,7 @@ def gradient(
 
 
 def residual_jacobian(
-    at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective
+    at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective, accuracy: float = EXACT
 ) -> NodalJacobian:
     """Derivatives of an objective's residuals, from one adjoint for each, all in one call of the linear solver.
 
@@ -121,11 +121,13 @@ def residual_jacobian(
     equilibrium : Equilibrium
     objective : Objective
         Of k residuals.
+    accuracy : float
+        Relative, of the adjoints where the factorisation is one that was lent.
     """
     model, state = at.model, equilibrium.state
     values, direct, seeds = objective.jacobian(model, at.X, state)
     rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
-    solved, more = with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
+    solved, more = with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T, accuracy).T)
     ws = [model.state(w) for w in solved]
     shapes, acting = zip(*products.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
     pressures = np.array([by_known(at, -np.asarray(loads.pressure)) for loads in acting])

@@ -2,7 +2,7 @@
 
 One factorisation costs as much as some twenty back-solves. Searches make many steps with one (`solve/descent.py`);
 solutions near a factorised state are corrected by conjugate gradients on the exact product, and stability there is
-decided by Lanczos' method.
+decided by Lanczos' method. A solver may use the factorisation of another one where both configurations are near.
 """
 
 from __future__ import annotations
@@ -10,16 +10,18 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy import linalg, sparse
+from scipy import sparse
 
 from pneumorph.doing import counted
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.enclosed import Enclosed
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
-from pneumorph.mechanics.assembly.linear import TooCostly, build_factorisation
+from pneumorph.mechanics.assembly.krylov import Linear, Solution, conjugate_gradients, minimal_residuals
+from pneumorph.mechanics.assembly.linear import Factorisation, TooCostly, build_factorisation
 from pneumorph.mechanics.assembly.metrics import Metrics
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.pattern import Pattern
@@ -67,6 +69,9 @@ EXACT = 1e-10
 FEW = 6
 """Most products for a solution near a factorised state; a factorisation costs about as much as twice as many."""
 
+SEVERAL = 2
+"""Most right-hand sides for which that is done one after another with a lent factorisation."""
+
 LANCZOS, SAFE = 2, 0.15
 """Steps of Lanczos' method, and how far from 1 the eigenvalues of M⁻¹K may be where no motion has become unstable."""
 
@@ -85,6 +90,20 @@ class Origin:
     state: State
     exact: bool = True
     metrics: Metrics = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Loan:
+    """The factorisation of another solver at its configuration `of`, lent for the configuration `at`."""
+
+    lender: Tangent
+    of: Configuration
+    at: Configuration
+
+    @property
+    def valid(self) -> bool:
+        """Whether the lender still has it, or another one of the same configuration."""
+        return self.lender.origin is not None and self.lender.origin.at is self.of
 
 
 class Tangent:
@@ -111,23 +130,47 @@ class Tangent:
     def __init__(self, model: Model):
         self._model = model
         self._pattern = Pattern(model.sparsity.indptr, model.sparsity.indices)
-        self._factor = build_factorisation(self._pattern.indptr, self._pattern.indices)
+        self._loan: Loan | None = None
         self.origin: Origin | None = None
         self.factorisations = self.indefinite = 0
         self.max_factorisations = math.inf
         self.solves = 0
         self.unit_seconds = 0.0
 
+    @cached_property
+    def _factor(self) -> Factorisation:
+        # The symbolic analysis costs as much as a factorisation: one that is lent may do.
+        return build_factorisation(self._pattern.indptr, self._pattern.indices)
+
+    def borrow(self, lender: Tangent, at: Configuration) -> None:
+        """Use the last factorisation of another solver at a configuration near its own, until one is made here.
+
+        One that was made here at this configuration stays.
+        """
+        if (self.origin is None or self.origin.at is not at) and lender.origin is not None:
+            self._loan, self.origin = Loan(lender, lender.origin.at, at), None
+
+    def borrows(self, at: Configuration) -> bool:
+        """Whether a factorisation that was lent for this configuration serves."""
+        return self.origin is None and self._loan is not None and self._loan.valid and self._loan.at is at
+
+    @property
+    def _serving(self) -> Tangent:
+        """The solver whose factorisation serves."""
+        lent = self.origin is None and self._loan is not None and self._loan.valid
+        return self._loan.lender if lent and self._loan is not None else self
+
     @property
     def ready(self) -> bool:
         """Whether there is a factorisation, of any state."""
-        return self.origin is not None
+        return self._serving.origin is not None
 
     @property
     def negative_pivots(self) -> int:
+        serving = self._serving
         # Each hydrostatic unknown adds one to those of the tangent with π eliminated (Haynsworth 1968).
-        model = self._model if self.origin is None else self.origin.at.model
-        return self._factor.negative_pivots - int(np.count_nonzero(~model.fixed[model.hydrostatic_unknowns]))
+        model = self._model if serving.origin is None else serving.origin.at.model
+        return serving._factor.negative_pivots - int(np.count_nonzero(~model.fixed[model.hydrostatic_unknowns]))
 
     def factorise(
         self,
@@ -190,9 +233,11 @@ class Tangent:
             Relative residual in the norm of the preconditioner.
         """
         if rhs.ndim == 1 and self._is_near(at, state):
-            solution = self.solve(at, state, rhs, accuracy, FEW)
+            solution = self._corrected(at, state, rhs, accuracy, FEW)
             if solution.converged:
                 return solution.x
+        elif rhs.ndim == 2 and rhs.shape[1] <= SEVERAL and self.borrows(at):
+            return np.stack([self.solve_at(at, state, each, accuracy) for each in rhs.T], axis=1)
         self.move_to(at, state)
         return self.precondition(rhs)
 
@@ -205,18 +250,18 @@ class Tangent:
         """
         if self._is_near(at, state):
             noise = np.where(at.constrained, 0.0, np.random.default_rng(0).standard_normal(self._model.size))
-            solution = self.solve(at, state, noise, EXACT, LANCZOS)
-            if solution.spread < SAFE:
+            noise[self._model.hydrostatic_unknowns] = 0.0
+            if self._corrected(at, state, noise, EXACT, LANCZOS).spread < SAFE:
                 return 0
         self.move_to(at, state)
         return self.negative_pivots
 
     def _is_near(self, at: Configuration, state: State) -> bool:
-        """Whether the last factorisation is of a stable state, another one of the same configuration."""
-        origin = self.origin
-        if origin is None or self._model.mixed or self.is_of(at, state):
+        """Whether the last factorisation is of a stable state, another one of the same configuration, or is lent."""
+        origin, lent = self._serving.origin, self.borrows(at)
+        if origin is None or self.is_of(at, state) or (self._model.mixed and not lent):
             return False
-        return origin.at is at and origin.exact and self.negative_pivots == 0
+        return (origin.at is at or lent) and origin.exact and self.negative_pivots == 0
 
     def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3, first: float = 0.0) -> float:
         """Factorise; if the tangent is unstable, raise its diagonal until it is stable. Returns by what fraction.
@@ -286,7 +331,7 @@ class Tangent:
         if self.factorisations >= self.max_factorisations:
             raise TooCostly
         stop_if_asked()
-        self.origin = None
+        self.origin = self._loan = None
         counted("factorisation")
         self._factor.refactorise(data)
         self.factorisations += 1
@@ -297,7 +342,7 @@ class Tangent:
         """Back-solve with the last factorisation, for a right-hand side (n,) or several (n, k)."""
         stop_if_asked()
         self.solves += 1 if rhs.ndim == 1 else rhs.shape[1]
-        return self._factor.solve(rhs)
+        return self._serving._factor.solve(rhs)
 
     def solve(self, at: Configuration, state: State, rhs: np.ndarray, tolerance: float, most: int) -> Solution:
         """K(state) x = rhs by preconditioned conjugate gradients.
@@ -317,54 +362,16 @@ class Tangent:
         most : int
             Most products with K.
         """
+        rhs = np.where(at.constrained, 0.0, rhs)
+        return conjugate_gradients(self._product(at, state), self.precondition, rhs, tolerance, most)
+
+    def _corrected(self, at: Configuration, state: State, rhs: np.ndarray, tolerance: float, most: int) -> Solution:
+        """K(state) x = rhs by the factorisation of a state nearby, see `krylov.py`."""
+        method = minimal_residuals if self._model.mixed else conjugate_gradients
+        return method(self._product(at, state), self.precondition, np.where(at.constrained, 0.0, rhs), tolerance, most)
+
+    def _product(self, at: Configuration, state: State) -> Linear:
+        """The exact product with the tangent at this state."""
         model, constrained = at.model, at.constrained
         along = products.tangent_map(model.potential, at.X, state, at.loads)
-        x, r = np.zeros_like(rhs), np.where(constrained, 0.0, rhs)
-        z = self.precondition(r)
-        p, rho = z, float(r @ z)
-        target = tolerance**2 * rho
-        steps, falls = [], []
-        while rho > target and rho > 0:
-            Kp = np.where(constrained, 0.0, model.vector(along(model.state(p))))
-            curvature = float(p @ Kp)
-            if not curvature > 0:
-                return Solution(x if steps else p, False, np.inf)
-            step = rho / curvature
-            x, r = x + step * p, r - step * Kp
-            steps.append(step)
-            if len(steps) == most:
-                return Solution(x, False, _spread(steps, falls))
-            z = self.precondition(r)
-            previous, rho = rho, float(r @ z)
-            p = z + (rho / previous) * p
-            falls.append(rho / previous)
-        return Solution(x, True, _spread(steps, falls))
-
-
-@dataclass(frozen=True)
-class Solution:
-    """Result of a linear solve.
-
-    Attributes
-    ----------
-    x : (n,) array
-    converged : bool
-    spread : float
-        Lanczos' estimate, from below, of how far from 1 the eigenvalues of the preconditioned tangent are; infinite at
-        negative curvature.
-    """
-
-    x: np.ndarray
-    converged: bool
-    spread: float
-
-
-def _spread(steps: list[float], falls: list[float]) -> float:
-    """From the coefficients of conjugate gradients, which make up Lanczos' matrix; 0 without a step."""
-    if not steps:
-        return 0.0
-    a, b = np.array(steps), np.array(falls[: len(steps) - 1])
-    diagonal = 1.0 / a
-    diagonal[1:] += b / a[:-1]
-    values = np.asarray(linalg.eigvalsh_tridiagonal(diagonal, np.sqrt(b) / a[:-1]))
-    return float(np.abs(values - 1.0).max())
+        return lambda p: np.where(constrained, 0.0, model.vector(along(model.state(p))))

@@ -100,7 +100,8 @@ def minimise(
             tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
         if ratios is not None and FAR < here.size / scale <= ROUGHER * bulk_over_shear(at):
             here = _smoothed(at, tangent, here, ratios, scale)
-        secants, made = Secants() if tangent.ready else None, np.inf
+        # What is lent serves for the answer too.
+        secants, made = Secants() if tangent.ready else None, 0.0 if tangent.borrows(at) else np.inf
         for _ in range(most):
             size = here.size / scale
             if size <= tolerance:

@@ -82,6 +82,8 @@ def find_stable(at: Configuration, tangent: Tangent, start: Guess, tolerance: fl
         found = newton(at, tangent, start, tolerance)
         if isinstance(found, str):
             return found
+        if tangent.borrows(at) and tangent.pivots_at(at, found[0]) == 0:
+            return found
         tangent.move_to(at, found[0])
         if tangent.negative_pivots == 0:
             return found
