@@ -10,12 +10,16 @@ from solids import box, cylinder, problem, written
 from pneumorph.geometry.lattice import deviations_of
 from pneumorph.geometry.lattice.pieces import displaced, patches_of
 from pneumorph.geometry.starting import body_of, space_of
-from pneumorph.limits.lattice.scaling import scalings
+from pneumorph.limits.lattice.neighbours import balls, close_pairs
+from pneumorph.limits.lattice.parts import foremost
+from pneumorph.limits.lattice.sampled import scalings
 from pneumorph.limits.lattice.triangles import distances
 from pneumorph.limits.of_shape import lattice_limits, limits_of
 from pneumorph.limits.table import ROWS
 from pneumorph.optimize.smoothing import build_smoothing
 from pneumorph.problem import loads
+from pneumorph.problem.body import Symmetry
+from pneumorph.symmetry.operations import operations
 
 LIMITS = """
 [design]
@@ -222,3 +226,32 @@ def test_walls_are_certified_up_to_the_rim_of_a_port(opened, far):
     assert reading.value <= least
     assert reading.attained == pytest.approx(least, rel=0.1)
     assert reading.satisfied()
+
+
+def test_pairs_do_not_depend_on_the_design_for_which_they_were_kept(block):
+    asked, space, known = block
+    # Pairs are kept for the first design, serve for those near it, and are found again for the last ones.
+    for seed, far, reach in ((1, 0.0, 0.5), (1, 0.1, 0.5), (2, 0.2, 0.3), (3, 1.5, 0.5), (3, 0.5, 2.0)):
+        body = moved(space, seed, far)
+        rows, alone = known.rows(body, reach, -0.3), limits_of(asked, space.reference).rows(body, reach, -0.3)
+        assert np.array_equal(rows.value, alone.value) and np.array_equal(rows.jacobian.data, alone.jacobian.data)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 9), st.floats(0.0, 3.0), st.booleans())
+def test_close_pairs_are_all_pairs_of_balls(seed, within, own):
+    rng = np.random.default_rng(seed)
+    one, other = (rng.uniform(-5, 5, (n, 1, 3)) + rng.uniform(-1, 1, (n, 3, 3)) for n in (40, 60))
+    other = one if own else other + 4.0
+    (here, small), (there, large) = balls(one), balls(other)
+    away = np.linalg.norm(here[:, None] - there, axis=2) - small[:, None] - large
+    i, j = np.nonzero((away <= within) & (np.triu(np.ones(away.shape, bool)) if own else True))
+    found = close_pairs(one, other, within, own)
+    assert np.array_equal(found[0], i) and np.array_equal(found[1], j)
+
+
+def test_of_images_one_gets_a_row():
+    group = operations(Symmetry(mirror=("xz", "yz")))
+    places = np.random.default_rng(0).uniform(-1, 1, (200, 3))
+    images = np.array([foremost(group, places @ operation.T, np.zeros(len(places))) for operation in group])
+    assert (images.sum(axis=0) == 1).all()

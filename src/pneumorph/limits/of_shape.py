@@ -20,6 +20,7 @@ from pneumorph.limits.certify.places import Places, Points
 from pneumorph.limits.kinds.kind import Kind
 from pneumorph.limits.lattice.enclosed import EnclosedLattices
 from pneumorph.limits.lattice.neighbours import linked
+from pneumorph.limits.lattice.parts import kept_pairs, parts_of
 from pneumorph.limits.lattice.rims import rims_of
 from pneumorph.limits.lattice.sampled import SampledLattices
 from pneumorph.limits.linearised import Rows, linearised
@@ -103,7 +104,11 @@ def tube_limits(body: Body, spec: Limits, group: Sequence[NDArray[np.float64]] =
 
 
 def lattice_limits(
-    body: Body[LatticeSurface], spec: Limits, length: float, deviations: Sequence[NDArray[np.float64]]
+    body: Body[LatticeSurface],
+    spec: Limits,
+    length: float,
+    deviations: Sequence[NDArray[np.float64]],
+    group: Sequence[NDArray[np.float64]] = (),
 ) -> ShapeLimits:
     """The limits on all bodies of a run that are displaced by the lattices of a body.
 
@@ -116,29 +121,33 @@ def lattice_limits(
     deviations : sequence of (m,) array
         Of every surface, bounds of the distance of its triangles from the faces in the file, mm. Displaced, they are
         apart by no more than that times the largest scaling, so that distances between triangles count as less by that.
+    group : sequence of (3, 3) array
+        The symmetries of the bodies.
     """
     assert spec.scaling is not None, "bodies from files have limits on scaling"
     patches = tuple(map(patches_of, body.surfaces))
     links = tuple(linked(each, spec.fold.neighbourhood) for each in patches)
     margins = tuple(spec.scaling.largest * each for each in deviations)
     between = box((-np.inf, -np.inf, 0.0), (np.inf, np.inf, length))
-    known = between, patches, links, rims_of(body.surfaces, patches, spec.wall), margins
+    rims = rims_of(body.surfaces, patches, spec.wall)
+    known = between, patches, links, rims, margins
+    parts = tuple(parts_of(*each) for each in zip(body.surfaces, patches, margins, strict=True))
+    kept = kept_pairs(parts, links, spec.fold.neighbourhood, rims, group)
     return ShapeLimits(
         spec,
         LATTICE_KINDS,
         sum(len(each.nodes) for each in patches),
-        lambda body: SampledLattices(body, spec, *known),
+        lambda body: SampledLattices(body, spec, *known, parts, kept, group),
         lambda body: EnclosedLattices(body, spec, *known),
     )
 
 
 def limits_of(problem: Problem, body: Body) -> ShapeLimits:
     """The limits of a problem on the shapes of bodies like this one, which has its symmetry."""
+    group = operations(problem.body.symmetry)
     if problem.solid is not None:
-        group = []
-        limits = lattice_limits(body, problem.limits, problem.body.length, deviations_of(problem))
+        limits = lattice_limits(body, problem.limits, problem.body.length, deviations_of(problem), group)
     else:
-        group = operations(problem.body.symmetry)
         limits = tube_limits(body, problem.limits, group)
     if not problem.obstacle:
         return limits

@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 # Corners of the four parts of a triangle among its corners and the middles of its edges 01, 12, 20.
-_PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 _MIDDLES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]])
 # Where the derivatives along two axes are among xx, xy, xz, yy, yz and zz.
 _SECOND = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
@@ -286,12 +286,12 @@ class Displaced:
 
     def divided(self, pieces: Pieces) -> Pieces:
         """Each piece in four, one after the other."""
-        bary = np.einsum("sc,ncb->nsb", _DIVIDED, pieces.bary)[:, _PARTS]
+        bary = np.einsum("sc,ncb->nsb", _DIVIDED, pieces.bary)[:, PARTS]
         middles = np.einsum("sc,ncb->nsb", _MIDDLES, pieces.bary).reshape(-1, 3)
         patch = np.repeat(pieces.patch, 3)
         place = self.patches.places(patch, middles)
-        x = np.concatenate([pieces.x, self.map(place).reshape(-1, 3, 3)], axis=1)[:, _PARTS]
-        place = np.concatenate([pieces.place, place.reshape(-1, 3, 3)], axis=1)[:, _PARTS]
+        x = np.concatenate([pieces.x, self.map(place).reshape(-1, 3, 3)], axis=1)[:, PARTS]
+        place = np.concatenate([pieces.place, place.reshape(-1, 3, 3)], axis=1)[:, PARTS]
         shape = (-1, 3, 3)
         return self._made(np.repeat(pieces.patch, 4), bary.reshape(shape), place.reshape(shape), x.reshape(shape))
 

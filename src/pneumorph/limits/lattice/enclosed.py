@@ -227,9 +227,8 @@ class EnclosedLattices:
 
         one, other = self.whole[first], self.whole[second]
         beyond = asked(np.zeros(0))
-        i, j = close_pairs(one.x, other.x, beyond + self._off(first, one) + self._off(second, other).max())
-        if first == second:
-            i, j = i[i <= j], j[i <= j]
+        off = self._off(first, one) + self._off(second, other).max()
+        i, j = close_pairs(one.x, other.x, beyond + off, first == second)
         pairs = np.stack([i, j], axis=1)
         lower, attained, a, b = self._distances(first, second, pairs, accuracy, asked)
         found = [known, Gaps(lower, attained, pairs, a, b)]

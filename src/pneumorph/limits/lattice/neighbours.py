@@ -8,7 +8,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.spatial import KDTree
 
 from pneumorph.geometry.lattice.pieces import Patches
 from pneumorph.limits.lattice.triangles import distances
@@ -23,17 +22,68 @@ def balls(corners: Floats) -> tuple[Floats, Floats]:
     return centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
 
 
-def close_pairs(one: Floats, other: Floats, within: Floats | float) -> tuple[Ints, Ints]:
-    """All pairs of triangles (n, 3, 3) and (m, 3, 3) whose balls are within distances (n,) of each other."""
+def close_pairs(one: Floats, other: Floats, within: Floats | float, own: bool = False) -> tuple[Ints, Ints]:
+    """All pairs of triangles (n, 3, 3) and (m, 3, 3) whose balls are within distances (n,) of each other.
+
+    They are found cell by cell of a grid, and are in ascending order.
+
+    Parameters
+    ----------
+    one, other : (n, 3, 3) and (m, 3, 3) arrays
+        Corners, mm.
+    within : float or (n,) array
+        mm.
+    own : bool
+        Whether both are the same triangles: then only pairs i ≤ j are returned.
+    """
     (here, small), (there, large) = balls(one), balls(other)
     if not len(here) or not len(there):
         return np.zeros(0, int), np.zeros(0, int)
     reach = small + within
-    longest = float(reach.max() + large.max())
-    near = KDTree(here).sparse_distance_matrix(KDTree(there), longest, output_type="ndarray")
-    i, j = near["i"].astype(int), near["j"].astype(int)
-    number = np.sort((i * len(other) + j)[near["v"] <= reach[i] + large[j]])
-    return number // len(other), number % len(other)
+    size = max(float(reach.max() + large.max()), 1e-9)
+    lower, upper = there.min(axis=0), there.max(axis=0)
+    # No more cells than a few for each triangle.
+    size = max(size, float(np.cbrt(np.prod(upper - lower + size) / (4.0 * len(there)))))
+    counts = ((upper - lower) / size).astype(int) + 1
+    cells = np.minimum(((there - lower) / size).astype(int), counts - 1)
+    cell = (cells[:, 0] * counts[1] + cells[:, 1]) * counts[2] + cells[:, 2]
+    order = np.argsort(cell, kind="stable")
+    start = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=int(counts.prod())))])
+    grid = lower, size, counts, start, order
+    return _close(here, reach, there, large, grid, own)
+
+
+@numba.njit(cache=True, nogil=True)
+def _close(here, reach, there, large, grid, own):
+    """The pairs that `close_pairs` returns; of the triangles in a cell `order` has the numbers, from `start` on."""
+    lower, size, counts, start, order = grid
+    first, second = np.empty(1024, np.int64), np.empty(1024, np.int64)
+    low, high, most, count = np.empty(3, np.int64), np.empty(3, np.int64), large.max(), 0
+    for i in range(len(here)):
+        begun = count
+        for k in range(3):
+            far, middle = reach[i] + most, here[i, k] - lower[k]
+            low[k] = max(int(np.floor((middle - far) / size)), 0)
+            high[k] = min(int(np.floor((middle + far) / size)), counts[k] - 1)
+        if low[2] > high[2]:
+            continue
+        for x in range(low[0], high[0] + 1):
+            for y in range(low[1], high[1] + 1):
+                row = (x * counts[1] + y) * counts[2]
+                for place in range(start[row + low[2]], start[row + high[2] + 1]):
+                    j = order[place]
+                    if own and j < i:
+                        continue
+                    away = 0.0
+                    for k in range(3):
+                        away += (here[i, k] - there[j, k]) ** 2
+                    if away <= (reach[i] + large[j]) ** 2:
+                        if count == len(first):
+                            first, second = np.append(first, first), np.append(second, second)
+                        first[count], second[count] = i, j
+                        count += 1
+        second[begun:count].sort()
+    return first[:count].copy(), second[:count].copy()
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pneumorph.geometry.lattice import LatticeSurface
-from pneumorph.geometry.lattice.pieces import Patches, Pieces
+from pneumorph.geometry.lattice.pieces import Patches
 from pneumorph.limits.lattice.neighbours import balls
 
 Floats = NDArray[np.float64]
@@ -23,6 +24,20 @@ REACH = 2.0
 where the surfaces meet at more than 60°, others are farther apart than the wall."""
 
 _STEPS = np.linspace(0.0, 1.0, 9)
+
+
+class InFile(Protocol):
+    """Pieces of a surface as it is in the file."""
+
+    @property
+    def place(self) -> Floats:
+        """Their corners (n, 3, 3), mm."""
+        ...
+
+    @property
+    def bulge(self) -> Floats:
+        """How far points of the surface may be from the flat triangles of the corners (n,), mm."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +63,7 @@ class Rim:
         """Distances (n,) of places (n, 3) in the file from the rim, mm."""
         return np.asarray(self._tree.query(places)[0], dtype=float)
 
-    def farthest(self, pieces: Pieces) -> Floats:
+    def farthest(self, pieces: InFile) -> Floats:
         """Upper bounds (n,) of the distances of the points of pieces."""
         centres, radii = balls(pieces.place)
         return self.away(centres) + radii + pieces.bulge

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneumorph.geometry import Body
-from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displaced
+from pneumorph.geometry.lattice.pieces import Displaced, Patches, displaced
 from pneumorph.geometry.regions import Region
 from pneumorph.limits.lattice.enclosed import coordinates
-from pneumorph.limits.lattice.neighbours import Links, close_pairs
+from pneumorph.limits.lattice.neighbours import Links
+from pneumorph.limits.lattice.parts import Kept, Parts, foremost, kept_pairs
 from pneumorph.limits.lattice.rims import Rims
-from pneumorph.limits.lattice.triangles import distances
 from pneumorph.limits.rows.sampled import DIGITS, Couples, Placed, Sums, worst_of_cells
 
 if TYPE_CHECKING:
@@ -24,9 +24,19 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
+Mask = NDArray[np.bool_]
 
 NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
 """Second and third barycentric coordinates of the nodes of a triangle."""
+
+
+UNFOLDED = 0.8
+"""Of the least scaling at nodes, as it may be between them."""
+
+
+def scalings(gradients: Floats) -> Floats:
+    """The least and the largest singular value (..., 2) of gradients (..., 3, 3)."""
+    return np.asarray(np.linalg.svd(gradients, compute_uv=False)[..., [2, 0]], float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +59,12 @@ class SampledLattices:
         Where surfaces meet.
     margins : sequence of (m,) array
         Of each surface, how far the faces of the file may be from its triangles, mm.
+    parts : sequence of Parts
+        Of each surface: of every part the nearest points get a row.
+    kept : {(int, int): Kept}
+        Of two surfaces, the lower number first, or of one with itself: the pairs that may get rows.
+    group : sequence of (3, 3) array
+        The symmetries: of images of each other only the foremost get rows.
     """
 
     body: Body
@@ -58,6 +74,9 @@ class SampledLattices:
     links: Sequence[Links]
     rims: Rims
     margins: Sequence[Floats]
+    parts: Sequence[Parts]
+    kept: Mapping[tuple[int, int], Kept]
+    group: Sequence[Floats]
 
     @cached_property
     def first(self) -> Ints:
@@ -70,20 +89,31 @@ class SampledLattices:
         return [displaced(*each) for each in zip(self.body.surfaces, self.patches, strict=True)]
 
     @cached_property
-    def whole(self) -> list[Pieces]:
-        """The triangles of each surface, each in four: of every part the nearest points get a row."""
-        return [surface.divided(surface.pieces()) for surface in self.surfaces]
+    def nodes(self) -> list[Floats]:
+        """Where the nodes (k, 3) of each surface are displaced, mm."""
+        each = zip(self.surfaces, self.body.surfaces, strict=True)
+        return [shown.map(surface.outline) for shown, surface in each]
+
+    @cached_property
+    def corners(self) -> list[Floats]:
+        """The corners (n, 3, 3) of the parts of each surface, mm."""
+        return [nodes[parts.nodes] for nodes, parts in zip(self.nodes, self.parts, strict=True)]
+
+    @cached_property
+    def scalings(self) -> list[Floats]:
+        """The least and the largest scaling (k, 2) of the map at the nodes of each surface."""
+        each = zip(self.surfaces, self.body.surfaces, strict=True)
+        return [scalings(shown.gradients(surface.outline)) for shown, surface in each]
 
     def positions(self, number: int) -> Floats:
-        surface = self.body.surfaces[number]
-        return self.surfaces[number].map(surface.outline)[surface.patches]
+        return self.nodes[number][self.body.surfaces[number].patches]
 
     def in_end_planes(self, number: int) -> NDArray[np.bool_]:
         return np.zeros(self.body.surfaces[number].patches.shape, bool)
 
     def worst(self, number: int, c: Floats, least: float) -> Placed:
         node = np.round(c, DIGITS).argmax(axis=1)
-        patch = np.flatnonzero(c[np.arange(len(c)), node] > least)
+        patch = np.flatnonzero((c[np.arange(len(c)), node] > least) & self._foremost[number])
         return self.placed(number, np.column_stack([patch, NODES[node[patch]]]).astype(float))
 
     def placed(self, number: int, at: Floats) -> Placed:
@@ -106,14 +136,14 @@ class SampledLattices:
         first, second, bound, reach
             As for `SampledBody.couples`.
         """
-        i, j, distance, u, v = self._near(first, second, bound + reach)
+        i, j, distance, u, v = self._near(self.kept, first, second, bound + reach)
         # Of every part of a triangle the nearest one, of either surface.
         pick = np.unique(np.concatenate([worst_of_cells(-distance, i), worst_of_cells(-distance, j)]))
         i, j, u, v = i[pick], j[pick], u[pick], v[pick]
         one, other = self.placed(first, self._at(first, i, u)), self.placed(second, self._at(second, j, v))
         outward = None
         if first != second:
-            a, b, c = np.moveaxis(self.whole[second].x[j], 1, 0)
+            a, b, c = np.moveaxis(self.corners[second][j], 1, 0)
             normals = np.cross(b - a, c - a)
             outward = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
         return Couples(one.cell, self.sums(one), self.sums(other), outward, one.margin + other.margin)
@@ -122,15 +152,15 @@ class SampledLattices:
         found = np.full(len(self.patches[number].nodes), np.inf)
         for other in range(len(self.patches)):
             if other != number:
-                i, _, distance, _, _ = self._near(number, other, bound)
-                np.minimum.at(found, self.whole[number].patch[i], distance)
+                i, _, distance, _, _ = self._near(self._all, number, other, bound)
+                np.minimum.at(found, self.parts[number].patch[i], distance)
         return np.repeat(found[:, None], 6, axis=1)
 
     def folded(self, number: int, bound: float) -> Floats:
         found = np.full(len(self.patches[number].nodes), np.inf)
-        i, j, distance, _, _ = self._near(number, number, bound)
+        i, j, distance, _, _ = self._near(self._all, number, number, bound)
         for part in (i, j):
-            np.minimum.at(found, self.whole[number].patch[part], distance)
+            np.minimum.at(found, self.parts[number].patch[part], distance)
         return np.repeat(found[:, None], 6, axis=1)
 
     def pooled(self, number: int, values: Floats) -> Floats:
@@ -139,33 +169,59 @@ class SampledLattices:
         np.maximum.at(found, surface.patches, values)
         return found
 
-    def _at(self, number: int, piece: Ints, bary: Floats) -> Floats:
+    def _at(self, number: int, part: Ints, bary: Floats) -> Floats:
         """Points (n, 3) of parts of triangles, given by barycentric coordinates there, see `places.Points`."""
-        pieces = self.whole[number]
-        inside = np.einsum("nc,ncb->nb", bary, pieces.bary[piece])[:, 1:]
-        return np.column_stack([pieces.patch[piece].astype(float), inside])
+        parts = self.parts[number]
+        inside = np.einsum("nc,ncb->nb", bary, parts.bary[part])[:, 1:]
+        return np.column_stack([parts.patch[part].astype(float), inside])
 
-    def _near(self, first: int, second: int, within: float) -> tuple[Ints, Ints, Floats, Floats, Floats]:
+    @cached_property
+    def _foremost(self) -> list[Mask]:
+        """Which triangles (m,) of each surface are the foremost of their images."""
+        found = []
+        for parts in self.parts:
+            centres, radii = parts.ball
+            some = np.zeros(int(parts.patch.max(initial=-1)) + 1, bool)
+            np.logical_or.at(some, parts.patch, foremost(self.group, centres, radii))
+            found.append(some)
+        return found
+
+    @cached_property
+    def _all(self) -> Mapping[tuple[int, int], Kept]:
+        """The same with all images of pairs."""
+        return kept_pairs(self.parts, self.links, self.spec.fold.neighbourhood, self.rims)
+
+    def _unfolded(self, number: int, within: float) -> Mask:
+        """Which parts (n,) of a surface are so little compressed that no points beyond the neighbourhood are within a
+        distance, mm.
+
+        This takes the scaling of the map between two points as that at the nodes beside them.
+        """
+        patches = self.body.surfaces[number].patches
+        least = self.scalings[number][:, 0][patches].min(axis=1)
+        return (UNFOLDED * self.spec.fold.neighbourhood * least > within)[self.parts[number].patch]
+
+    def _near(
+        self, kept: Mapping[tuple[int, int], Kept], first: int, second: int, within: float
+    ) -> tuple[Ints, Ints, Floats, Floats, Floats]:
         """Pairs of parts of triangles within a distance, mm, their distances, and the closest points (n, 3) of both.
 
         Triangles are taken as flat, and their distances count as less by the margins. On one surface points count that
         are not within the neighbourhood, on two those that are not beside each other at a rim.
         """
-        one, other = self.whole[first], self.whole[second]
-        own, their = self.margins[first][one.patch], self.margins[second][other.patch]
-        i, j = close_pairs(one.x, other.x, within + own + their.max(initial=0.0))
-        if first == second:
-            i, j = i[i < j], j[i < j]
-        less = own[i] + their[j]
-        distance, u, v = distances(one.x, other.x, i, j, within + less)
-        distance = distance - less
-        some = np.flatnonzero(distance < within)
-        sides = ((first, i, u), (second, j, v))
-        here, there = (self.places(number, self._at(number, k[some], part[some])) for number, k, part in sides)
-        rim = self.rims.get((min(first, second), max(first, second)))
+        if first > second:
+            i, j, distance, u, v = self._near(kept, second, first, within)
+            return j, i, distance, v, u
+        beside = self._unfolded(first, within) if first == second else None
+        i, j, distance, u, v = kept[first, second].within(self.corners[first], self.corners[second], within, beside)
+        rim = self.rims.get((first, second))
+        if rim is None and first != second:
+            return i, j, distance, u, v
+        here, there = (self.places(number, self._at(number, *at)) for number, *at in ((first, i, u), (second, j, v)))
         if rim is not None:
-            some = some[rim.away(here) + rim.away(there) >= rim.reach]
-        if first == second:
+            counts = rim.away(here) + rim.away(there) >= rim.reach
+        else:
+            patch = self.parts[first].patch
             near = np.linalg.norm(here - there, axis=1) < self.spec.fold.neighbourhood
-            some = some[~(near & self.links[first].hold(one.patch[i[some]], other.patch[j[some]]))]
-        return i[some], j[some], distance[some], u[some], v[some]
+            counts = ~(near & self.links[first].hold(patch[i], patch[j]))
+        return i[counts], j[counts], distance[counts], u[counts], v[counts]

@@ -17,7 +17,7 @@ from pneumorph.geometry.lattice.pieces import Displaced, Pieces
 from pneumorph.limits.certify.places import Pairs, Points
 from pneumorph.limits.certify.tally import Tally
 from pneumorph.limits.lattice.enclosed import EnclosedLattices
-from pneumorph.limits.lattice.sampled import SampledLattices
+from pneumorph.limits.lattice.sampled import SampledLattices, scalings
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.rows.sampled import CLOSE, Near, RowBlock
 
@@ -46,9 +46,8 @@ class Scalings:
     limits: tuple[Limit, ...] = (LEAST, LARGEST)
 
     def rows(self, at: SampledLattices, near: Near) -> Iterator[RowBlock]:
-        for number, surface in enumerate(at.surfaces):
-            nodes = at.body.surfaces[number]
-            values = scalings(surface.gradients(nodes.outline))[nodes.patches]
+        for number, surface in enumerate(at.body.surfaces):
+            values = at.scalings[number][surface.patches]
             kinds, points = [], []
             for kind, limit in enumerate(self.limits):
                 c = limit.sign * (values[..., kind] / limit.bound(at.spec) - 1.0)
@@ -77,7 +76,7 @@ class Scalings:
 
     def shares(self, at: SampledLattices, number: int) -> Iterator[tuple[str, Floats]]:
         surface = at.body.surfaces[number]
-        values = scalings(at.surfaces[number].gradients(surface.outline))[surface.patches]
+        values = at.scalings[number][surface.patches]
         for kind, limit in enumerate(self.limits):
             yield limit.name, limit.used(values[..., kind], limit.bound(at.spec))
 
@@ -110,11 +109,6 @@ class Scalings:
         shape = len(kind), 3 * numbers.shape[1]
         column = 3 * numbers[:, :, None] + np.arange(3)
         return RowBlock(kind, at.placed(number, points).cell, value, column.reshape(shape), entry.reshape(shape), close)
-
-
-def scalings(gradients: Floats) -> Floats:
-    """The least and the largest singular value (..., 2) of gradients (..., 3, 3)."""
-    return np.asarray(np.linalg.svd(gradients, compute_uv=False)[..., [2, 0]], float)
 
 
 def _enclosed(surface: Displaced, pieces: Pieces, kind: int, sign: float) -> tuple[Floats, Floats]:
