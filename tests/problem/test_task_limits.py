@@ -5,6 +5,7 @@ import pytest
 from tiny import tiny
 
 from pneumorph.errors import ProblemError
+from pneumorph.limits.kinds.states import direction
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, loads
 
@@ -39,6 +40,33 @@ def test_limits_of_a_task_come_before_those_of_all_key_by_key():
     assert bounds(two_tasks({}, bend={"motion": {"shift_x": "1 mm"}})) == {"shift_x_mm": 1.0}
 
 
+def test_least_motions_have_a_direction():
+    problem = two_tasks({"at_least": {"axial": "1 mm"}}, bend={"at_least": {"bending_y": "-3 deg"}})
+    assert bounds(problem) == pytest.approx({"least_extension_mm": 1.0, "least_bending_y_deg": 3.0})
+    extend, bend = problem.task
+    assert direction("extension", problem, extend) == 1.0 and direction("bending_y", problem, bend) == -1.0
+
+
+def test_a_least_motion_that_symmetry_forbids_is_refused():
+    table = loads(tiny()).model_dump(mode="json", exclude_none=True)
+    table["body"]["symmetry"] = {"mirror": ["yz"]}
+    table["limits"] |= {"at_least": {"bending_y": "3 deg"}}
+    with pytest.raises(ProblemError, match=r"limits\.at_least\.bending_y: .*mirror \"yz\""):
+        Problem.model_validate(table)
+
+
+def test_what_is_made_small_has_something_to_do():
+    table = loads(tiny()).model_dump(mode="json", exclude_none=True)
+    table["task"][0]["objective"] = {"kind": "minimize", "of": "mass"}
+    with pytest.raises(ProblemError, match=r"task\[0\]\.objective\.of: .*at_least"):
+        Problem.model_validate(table)
+    table["limits"] |= {"at_least": {"extension": "1 mm"}}
+    Problem.model_validate(table)
+    table["task"][0]["objective"]["of"] = "pressure"
+    with pytest.raises(ProblemError, match=r"task\[0\]\.objective\.of: .*designed"):
+        Problem.model_validate(table)
+
+
 def test_a_sensitivity_is_for_motions_of_its_unit():
     for one, key in (("2 deg/kPa", "angle"), ("2 mm/kPa", "length")):
         assert bounds(two_tasks({"sensitivity": one})) == pytest.approx({f"sensitivity_of_{key}": 2.0})
@@ -53,6 +81,8 @@ def test_a_sensitivity_is_for_motions_of_its_unit():
         ({"sensitivity": "-2 deg/kPa"}, {}, r"limits\.sensitivity: "),
         ({}, {"extend": {"sensitivity": "2 deg/kPa"}}, r"task\[0\]\.limits\.sensitivity: is for a rotation"),
         ({"motion": {"tilt": "0 deg"}}, {}, r"limits\.motion\.tilt: .*not above zero"),
+        ({"at_least": {"twist": "0 deg"}}, {}, r"limits\.at_least\.twist: .*no least motion"),
+        ({"at_least": {"tilt": "1 deg"}}, {}, r"limits\.at_least\.tilt: "),
         ({"motion": {"tilt": "1 mm"}}, {}, r"limits\.motion\.tilt: "),
         ({"motion": {"lean": "1 deg"}}, {}, r"limits\.motion\.lean: "),
         ({}, {"extend": {"wall": "1 mm"}}, r"task\[0\]\.limits\.wall: "),

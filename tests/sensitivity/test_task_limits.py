@@ -54,6 +54,7 @@ CASES = {
             }
         }
     ),
+    "least motions": asked({"at_least": {"shift_x": "1 mm", "bending_y": "-1 deg"}}),
     "free tip": asked({"motion": {"tilt": "1 deg", "shift_x": "1 mm"}}, end_effector={"kind": "free"}),
     "sensitivity": asked({"sensitivity": "1 deg/kPa"}),
     "of a length, mixed": asked({"sensitivity": "1 mm/kPa"}, "extension", **{"mesh.element": "mixed"}),

@@ -24,7 +24,14 @@ from pneumorph.analysis.collect import (
 )
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
-from pneumorph.analysis.limited import motion_rows, motion_sizes, sensitivities, sensitivity_rows
+from pneumorph.analysis.limited import (
+    least_motion_rows,
+    least_motions,
+    motion_rows,
+    motion_sizes,
+    sensitivities,
+    sensitivity_rows,
+)
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
 from pneumorph.analysis.sized import is_estimated, outgrown, recorded_share
@@ -70,6 +77,8 @@ __all__ = [
     "lateral_slope_of",
     "lateral_stability",
     "lateral_stiffness",
+    "least_motion_rows",
+    "least_motions",
     "limit_points",
     "margin_slopes",
     "margins",

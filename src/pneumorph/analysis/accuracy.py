@@ -10,6 +10,7 @@ refinement adds is taken from the order with which errors fall.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import jax
@@ -153,7 +154,8 @@ def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> d
             there, near, searched = found
             here = objective.features(at.model, at.X, state)
             moved = extrapolated(here, objective.features(there.model, there.X, near))
-            errors[name] = MeshError(*(_result(objective, each, searched) for each in (here, moved)))
+            pressures = dict(zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True))
+            errors[name] = MeshError(*(_result(objective, each, pressures, searched) for each in (here, moved)))
     return errors
 
 
@@ -170,10 +172,10 @@ def extrapolated(here: Features, fine: Features) -> Features:
     return found._replace(section_rotation=np.array(whole).reshape(-1, 3, 3))
 
 
-def _result(objective: Objective, moved: Features, searched: bool) -> FineResult:
-    """What is reported of features."""
+def _result(objective: Objective, moved: Features, pressures: Mapping[str, float], searched: bool) -> FineResult:
+    """What is reported of features, at pressures in MPa."""
     return FineResult(
-        objective=float(objective.value(moved)),
+        objective=float(objective.value(moved)) + objective.of_pressures(pressures),
         errors={name: float(error(moved)) for name, error in objective.errors.items()},
         translation=vector(moved.translation),
         rotation=vector(moved.rotation),

@@ -228,6 +228,7 @@ def analyse(
         configurations[task.name], equilibria[task.name] = at, equilibrium
         pressures[task.name] = {**pressures[task.name], **equilibrium.enclosed}
         values[task.name] = disc.objectives[task.name].at(disc.model, at.X, equilibrium.state)
+        values[task.name] += disc.objectives[task.name].of_pressures(pressures[task.name])
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
         crossing[task.name] = not touches_itself and disc.skin.intersects_itself(X + equilibrium.u)

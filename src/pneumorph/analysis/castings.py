@@ -88,7 +88,8 @@ def solve_castings(
         found = solve(there, casting.tangent, start, tolerance, (at, state), most)
         if isinstance(found, NoEquilibrium):
             return found
-        value = objective.at(at.model, there.X, found.state)
+        pressures = dict(zip(at.model.chambers, np.asarray(there.loads.pressure), strict=True))
+        value = objective.at(at.model, there.X, found.state) + objective.of_pressures(pressures)
         softer = 1.0 / (1.0 + casting.changes[MODULUS])
         solved.append(TaskState(there, casting.tangent, found, value, softer))
     return tuple(solved)

@@ -11,7 +11,7 @@ from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import State
 from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.objective import COMPONENTS, LIMITED
-from pneumorph.sensitivity import pressure_rates, rate_slopes, residual_jacobian
+from pneumorph.sensitivity import gradient, pressure_rates, rate_slopes, residual_jacobian
 
 SIDES = 16
 """Directions in which a vector of two components is limited, beside its own: designs that turn it are expected to be
@@ -57,6 +57,43 @@ def motion_rows(
         ]
         rows.append(all_round(jacobian.residuals, np.array(slopes)))
     return _joined(rows)
+
+
+def least_motions(
+    disc: Discretisation, analysis: Analysis, name: str, directions: Mapping[str, float]
+) -> dict[str, float]:
+    """A motion of the tip in tasks, in mm or degrees, in the direction of each (1.0 or -1.0).
+
+    Parameters
+    ----------
+    disc, analysis : the mesh of the design, and its analysis.
+    name : of the motion, a key of `COMPONENTS`.
+    directions : by task.
+    """
+    return {
+        task: sign * COMPONENTS[name].at(disc.model, analysis.configurations[task].X, _state(analysis, task))
+        for task, sign in directions.items()
+    }
+
+
+def least_motion_rows(
+    space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, directions: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same (k,), with derivatives (k, n) by Φ.
+
+    Parameters
+    ----------
+    space, disc, analysis : the design space, the mesh of the design, and its analysis.
+    name : of the motion.
+    directions : by task.
+    """
+    values, rows = [], []
+    for task, sign in directions.items():
+        at, equilibrium = analysis.configurations[task], analysis.equilibria[task]
+        found = gradient(at, disc.tangents[task], equilibrium, COMPONENTS[name])
+        values.append(sign * found.value)
+        rows.append(sign * space.pullback(disc.morph.pullback(found.X), {task: found.pressure}, found.reinforcement))
+    return np.array(values), np.array(rows)
 
 
 def all_round(vector: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -70,6 +70,8 @@ class Features(NamedTuple):
         What the body presses on every obstacle with.
     pose : {obstacle: (6,) array}
         Displacement (mm) and rotation vector (rad) of every obstacle from its place; what is free moves.
+    mass : scalar
+        Of the rubber, g.
     """
 
     translation: Array
@@ -79,6 +81,7 @@ class Features(NamedTuple):
     section_rotation: Array
     contact: Mapping[str, Pressing] = {}
     pose: Mapping[str, Array] = {}
+    mass: Array | float = 0.0
 
 
 class Slabs(NamedTuple):
@@ -90,6 +93,9 @@ class Slabs(NamedTuple):
 
 SECTIONS_TO_TIP = 12
 """Sections used to count the full turns of a free tip: neighbours are rotated by less than half a turn."""
+
+_GRAMS = 1e6
+"""Per tonne."""
 
 NO_SLABS = Slabs(np.zeros(0), 1.0)
 
@@ -121,6 +127,8 @@ class ElementSums(NamedTuple):
         Of every obstacle, see `pressing.pressed`.
     poses : (K, 6) array
         Of every obstacle.
+    mass : scalar
+        Of the rubber in the model, g.
     """
 
     plate: Values
@@ -130,6 +138,7 @@ class ElementSums(NamedTuple):
     below: Values
     contact: Values
     poses: Values
+    mass: Values
 
 
 class ModelTraits(NamedTuple):
@@ -208,7 +217,9 @@ def element_sums(
     poses = _poses(model, state, shift)
     volume = volumes_of(model, X, u, poses)
     touching = pressing.pressed(model.contact, X + u, poses)
-    return ElementSums(np.asarray(state.plate), volume, _moments(model, X, u, slabs), face, below, touching, poses)
+    mass = sum(density * sums.summed(_rubber_volume, part, X, u) for density, part in _rubbers(model))
+    sections = _moments(model, X, u, slabs)
+    return ElementSums(np.asarray(state.plate), volume, sections, face, below, touching, poses, np.asarray(mass))
 
 
 def sums_pulled_back(
@@ -243,6 +254,7 @@ def sums_pulled_back(
     parts = [(measure, part, cotangents.volume, given) for measure, part, given in volume_parts(model, poses)]
     for number, elements in enumerate(_tets_of_slabs(model, X, slabs)):
         parts.append((_slab_moments, elements, cotangents.sections[:, [number]], (slabs.middle[[number]], slabs.half)))
+    parts += [(_rubber_volume, part, density * cotangents.mass, ()) for density, part in _rubbers(model)]
     if not model.plate:
         parts.append((_face_moments, model.face, cotangents.face, (tip_centre(model.tip, X, X),)))
     for function, elements, bars, given in parts:
@@ -284,13 +296,14 @@ def features_of(traits: ModelTraits, at: ElementSums) -> Features:
         for name, row in zip(traits.obstacles, jnp.asarray(at.contact), strict=True)
     }
     pose = dict(zip(traits.obstacles, jnp.asarray(at.poses), strict=True))
+    mass = len(images) * jnp.asarray(at.mass)
     if traits.plate:
         plate = jnp.asarray(at.plate)
-        return Features(plate[:3], plate[3:], volume, position, rotation, contact, pose)
+        return Features(plate[:3], plate[3:], volume, position, rotation, contact, pose, mass)
     moved, place, turned = _fitted(images, jnp.asarray(at.face)[None])
     _, _, below = _fitted(images, jax.lax.stop_gradient(at.below))
     turn = continued_logarithm(turned[0], below)
-    return Features((moved - place)[0], turn, volume, position, rotation, contact, pose)
+    return Features((moved - place)[0], turn, volume, position, rotation, contact, pose, mass)
 
 
 def _fitted(images: np.ndarray, moments: Array) -> tuple[Array, Array, Array]:
@@ -315,6 +328,18 @@ def _moments(model: Model, X: np.ndarray, u: np.ndarray, slabs: Slabs) -> np.nda
     if not len(slabs.middle):
         return np.zeros((0, 16))
     return sums.summed(_slab_moments, model.tets, X, u, slabs.middle, slabs.half)
+
+
+def _rubbers(model: Model) -> Iterator[tuple[float, Connectivity]]:
+    """The density of every rubber, in g/mm³, and its elements."""
+    solids = (term for term in model.terms if term.energy.of_rubber)
+    for rubber, term in zip(model.rubbers.values(), solids, strict=True):
+        yield _GRAMS * rubber.density, term.connectivity
+
+
+def _rubber_volume(X: Values, u: Values, data: Values, weight: Values) -> Array:
+    """The undeformed volume of tetrahedra, mm³."""
+    return jnp.sum(TET_WEIGHT * determinant(reference_gradients(X)) * weight)
 
 
 def _tets_of_slabs(model: Model, X: np.ndarray, slabs: Slabs) -> Iterator[Connectivity]:

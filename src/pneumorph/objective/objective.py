@@ -45,6 +45,8 @@ class Objective:
         The residuals (k,) of which J is the sum of squares; None if J is not such a sum.
     shift : (K, 6) array, optional
         Poses of the obstacles; by default they are in their places.
+    by_pressure : {chamber: float}
+        What J grows by per MPa of given pressures, beside what these do to the features.
     """
 
     value: FeatureFunction
@@ -52,6 +54,11 @@ class Objective:
     errors: Mapping[str, FeatureFunction] = field(default_factory=dict)
     residuals: FeatureFunction | None = None
     shift: np.ndarray | None = None
+    by_pressure: Mapping[str, float] = field(default_factory=dict)
+
+    def of_pressures(self, pressures: Mapping[str, float]) -> float:
+        """The part of J that is of given pressures, in MPa."""
+        return sum(rate * pressures[name] for name, rate in self.by_pressure.items())
 
     def features(self, model: Model, X: np.ndarray, state: State) -> Features:
         """The features of a state on nodes X (N, 3) in mm, with the sections that the objective needs."""

@@ -6,7 +6,9 @@ quadrature points. It is never below the largest share, and above it by at most 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -27,6 +29,8 @@ _NEGLIGIBLE = 1e-12
 @dataclass(frozen=True)
 class StrainShare:
     """The aggregate of a task; regions whose rubber states no range do not count."""
+
+    by_pressure: ClassVar[Mapping[str, float]] = {}
 
     def at(self, model: Model, X: np.ndarray, state: State) -> float:
         """Its value for a state on nodes X (N, 3) in mm."""

@@ -136,6 +136,8 @@ def _remedy(problem: Problem, found: Shortfall) -> str:
     index, task = next((i, each) for i, each in enumerate(problem.task) if each.name == found.task)
     kept = "lower it" if found.limit.at_least else "raise it"
     acting = [name for name, pressure in task.pressure.items() if pressure.start]
-    milder = f", lower task[{index}].pressure.{acting[0]}" if acting else ""
+    # A motion is to be larger, what else is at least so large is to be farther from ballooning.
+    change = "raise" if found.limit.name.startswith("at_least") else "lower"
+    milder = f", {change} task[{index}].pressure.{acting[0]}" if acting else ""
     stronger = "begin with thicker walls or a stiffer rubber" if found.limit in (STRAIN, MARGIN) else "change the body"
     return f"{kept}{milder}, or {stronger}"

@@ -11,6 +11,8 @@ import numpy as np
 from pneumorph.analysis import (
     Analysis,
     Discretisation,
+    least_motion_rows,
+    least_motions,
     margin_slopes,
     margins,
     motion_rows,
@@ -22,7 +24,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.doing import doing
 from pneumorph.geometry import DesignSpace
-from pneumorph.limits.kinds.states import MARGIN, MOTIONS, PER_KPA, SENSITIVITIES, STRAIN, of_tasks
+from pneumorph.limits.kinds.states import LEAST, MARGIN, MOTIONS, PER_KPA, SENSITIVITIES, STRAIN, direction, of_tasks
 from pneumorph.limits.limit import ROUNDING, Limit
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.problem import Problem
@@ -40,6 +42,12 @@ class Limited:
         """The motions of each task's objective that are of a kind, "length" or "angle"."""
         objectives = {task.name: task.objective for task in self.problem.task}
         return {name: tuple(objectives[name].motions_of(kind)) for name in self.tasks}
+
+    def directions(self, motion: str) -> dict[str, float]:
+        """Of each task, 1.0 or -1.0 for the direction of its least motion."""
+        return {
+            task.name: direction(motion, self.problem, task) for task in self.problem.task if task.name in self.tasks
+        }
 
 
 Values = Callable[[Discretisation, Analysis, Limited], Mapping[str, float]]
@@ -59,6 +67,14 @@ def _of_motion(name: str) -> StateKind:
         MOTIONS[name],
         lambda disc, analysis, of: motion_sizes(disc, analysis, name, of.tasks),
         lambda space, disc, analysis, of: motion_rows(space, disc, analysis, name, of.tasks),
+    )
+
+
+def _of_least_motion(name: str) -> StateKind:
+    return StateKind(
+        LEAST[name],
+        lambda disc, analysis, of: least_motions(disc, analysis, name, of.directions(name)),
+        lambda space, disc, analysis, of: least_motion_rows(space, disc, analysis, name, of.directions(name)),
     )
 
 
@@ -88,6 +104,7 @@ KINDS = (
         lambda space, disc, analysis, of: margin_slopes(space, disc, analysis, of.bound),
     ),
     *map(_of_motion, MOTIONS),
+    *map(_of_least_motion, LEAST),
     *map(_of_sensitivity, SENSITIVITIES),
 )
 """All of them: their words are in `limits.kinds.states`."""

@@ -30,6 +30,9 @@ def of_the_mesh(objective: ObjectiveTable, here: Result, fine: Result) -> Iterat
     motions = objective.tip_motions.items()
     about = [tuple(motion_amount(name, sign, each) for each in (here, fine)) for name, sign in motions]
     for one, other in about or [(objective.achieved(here), objective.achieved(fine))]:
+        # A pressure is what it is on every mesh.
+        if not about and one.value == other.value:
+            continue
         yield f"{one.word} {one._replace(target=None).with_error(other)}: about {other} on a fine mesh"
     if not about:
         place, turn = (

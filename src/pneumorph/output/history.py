@@ -22,7 +22,7 @@ PHASES = {
     "gradient": ("gradient", "#56b4e9"),
     "subproblem": ("sub-problem", "#e69f00"),
 }
-UNITS = {"mm": "mm", "°": "degrees", "N": "N", "mm²": "mm²", "": "objective"}
+UNITS = {"°": "degrees", "": "objective"}
 OVER = 1.15
 """Where the diagram of the limits ends; larger values are written as numbers."""
 
@@ -61,7 +61,7 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
     scales: dict[str, Axes] = {}
     for number, unit in enumerate(units):
         scales[unit] = axes if number == 0 else axes.twinx()
-        scales[unit].set_ylabel(UNITS[unit], fontsize=TEXT, labelpad=2)
+        scales[unit].set_ylabel(UNITS.get(unit, unit), fontsize=TEXT, labelpad=2)
         if number > 0:
             scales[unit].tick_params(labelsize=SMALL, length=2.5, pad=2)
             scales[unit].spines[["top", "left"]].set_visible(False)

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from pydantic import GetJsonSchemaHandler, model_validator
+from pydantic import AfterValidator, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from pneumorph import units
@@ -34,6 +34,41 @@ class MotionLimits(Table):
     bending_y: PositiveAngle | None = None
     """Rotation of the tip about y."""
     twist: PositiveAngle | None = None
+    """Rotation of the tip about z."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_the_names_of_springs(cls, data: Any) -> Any:
+        return renamed(data, MOTION_OF)
+
+
+def _nonzero(value: float) -> float:
+    if value == 0.0:
+        raise ValueError("is no least motion; write how far, with a minus sign for the opposite direction")
+    return value
+
+
+LeastLength = Annotated[float, Quantity(units.LENGTH), AfterValidator(_nonzero)]
+LeastAngle = Annotated[float, Quantity(units.ANGLE), AfterValidator(_nonzero)]
+
+
+class LeastMotions(Table):
+    """Least motions of the tip; a negative one is a motion in the opposite direction, at least so large.
+
+    "extension" may also be written "axial", and "twist" "torsion", as for springs.
+    """
+
+    shift_x: LeastLength | None = None
+    """Motion of the tip along x."""
+    shift_y: LeastLength | None = None
+    """Motion of the tip along y."""
+    extension: LeastLength | None = None
+    """Motion of the tip along z."""
+    bending_x: LeastAngle | None = None
+    """Rotation of the tip about x."""
+    bending_y: LeastAngle | None = None
+    """Rotation of the tip about y."""
+    twist: LeastAngle | None = None
     """Rotation of the tip about z."""
 
     @model_validator(mode="before")
@@ -82,5 +117,7 @@ class TaskLimits(Table):
 
     motion: MotionLimits | None = None
     """Largest motions of the tip, e.g. { tilt = "1 deg", shift = "0.5 mm" }."""
+    at_least: LeastMotions | None = None
+    """Least motions of the tip, e.g. { bending_y = "30 deg" }."""
     sensitivity: SensitivityLimits | None = None
     """Largest change of a task's own motion with the pressure of any chamber, e.g. "2 deg/kPa"."""

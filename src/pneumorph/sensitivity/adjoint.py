@@ -6,6 +6,7 @@ place of K: with S q = fᵀK⁻¹ ∂J/∂u the adjoint is w = K⁻¹(∂J/∂u 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -22,7 +23,16 @@ from pneumorph.objective import Objective
 
 
 class Sloped(Protocol):
-    """A function of a state with its derivatives, such as an `Objective` or a `StrainShare`."""
+    """A function of a state with its derivatives, such as an `Objective` or a `StrainShare`.
+
+    Attributes
+    ----------
+    by_pressure : {chamber: float}
+        What it grows by per MPa of given pressures, beside what these do to the state.
+    """
+
+    @property
+    def by_pressure(self) -> Mapping[str, float]: ...
 
     def slope(self, model: Model, X: np.ndarray, state: State) -> tuple[float, np.ndarray, State]:
         """Value, and derivatives with respect to X (N, 3) and the unknowns."""
@@ -98,10 +108,11 @@ def gradient(
     (solved,), (more,) = with_border(at, tangent, state, solved[None])
     w = model.state(solved)
     ((shape, acting),) = products.pullback(model.potential, at.X, state, at.loads, [w])
+    through = dict(zip(model.chambers, by_known(at, -np.asarray(acting.pressure)), strict=True))
     return NodalGradient(
         value=value,
         X=direct - shape + more,
-        pressure=dict(zip(model.chambers, by_known(at, -np.asarray(acting.pressure)), strict=True)),
+        pressure={chamber: by + objective.by_pressure.get(chamber, 0.0) for chamber, by in through.items()},
         reinforcement=-np.asarray(acting.reinforcement),
         adjoint=w,
     )

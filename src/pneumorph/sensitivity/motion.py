@@ -58,13 +58,18 @@ def motion_slopes(at: Configuration, tangent: Tangent, state: State, measured: O
     model = at.model
     motion, direct, solved, more = _adjoints(at, tangent, state, measured)
     pulled = products.pullback(model.potential, at.X, state, at.loads, [model.state(w) for w in solved])
+    given = np.array([measured.by_pressure.get(chamber, 0.0) for chamber in model.chambers])
     rubbers = {name: -solved @ model.vector(by) for name, by in _rubber_forces(at, state).items()}
     return MotionSlopes(
         motion,
         direct - np.array([by_X for by_X, _ in pulled]) + more,
-        [Loads(*(-np.asarray(load) for load in acting)) for _, acting in pulled],
+        [acting._replace(pressure=acting.pressure + given) for acting in (_negative(loads) for _, loads in pulled)],
         rubbers,
     )
+
+
+def _negative(loads: Loads) -> Loads:
+    return Loads(*(-np.asarray(load) for load in loads))
 
 
 def tip_motion_adjoints(at: Configuration, tangent: Tangent, state: State) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.limits.limit import Limit
+from pneumorph.problem.components import MOTIONS as COMPONENTS
+from pneumorph.problem.components import is_turn
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits, Problem, Task, TaskLimits
@@ -27,15 +29,30 @@ STRAIN = Limit("strain", "strain", "", False, 0.005, "strain", _strain)
 MARGIN = Limit("margin", "margin", "", True, 0.005, "margin", _margin)
 
 
+def _size(unit: str) -> float:
+    """The size of a motion in mm or rad in its unit, mm or degrees."""
+    return 1.0 if unit == "mm" else float(np.degrees(1.0))
+
+
 def _motion(name: str, unit: str) -> Limit:
     """The limit on a motion of the tip, in mm or degrees."""
-    size = 1.0 if unit == "mm" else float(np.degrees(1.0))
 
     def read(limits: TaskLimits) -> float | None:
         bound = None if limits.motion is None else getattr(limits.motion, name)
-        return None if bound is None else size * bound
+        return None if bound is None else _size(unit) * bound
 
     return Limit(f"motion.{name}", name, unit, False, 0.005, f"{name}_{'mm' if unit == 'mm' else 'deg'}", read)
+
+
+def _least(name: str, unit: str) -> Limit:
+    """The least motion of the tip, in mm or degrees, in the direction that `direction` tells."""
+
+    def read(limits: TaskLimits) -> float | None:
+        bound = None if limits.at_least is None else getattr(limits.at_least, name)
+        return None if bound is None else abs(_size(unit) * bound)
+
+    key = f"least_{name}_{'mm' if unit == 'mm' else 'deg'}"
+    return Limit(f"at_least.{name}", f"least {name}", unit, True, 0.005, key, read)
 
 
 def _sensitivity(name: str, unit: str, size: float) -> Limit:
@@ -48,20 +65,15 @@ def _sensitivity(name: str, unit: str, size: float) -> Limit:
     return Limit(f"sensitivity.{name}", "sensitivity", f"{unit}/kPa", False, 0.005, f"sensitivity_of_{name}", read)
 
 
+_UNITS = {name: "°" if is_turn(name) else "mm" for name in COMPONENTS}
+
 MOTIONS: Mapping[str, Limit] = {
-    name: _motion(name, unit)
-    for name, unit in (
-        ("tilt", "°"),
-        ("shift", "mm"),
-        ("shift_x", "mm"),
-        ("shift_y", "mm"),
-        ("extension", "mm"),
-        ("bending_x", "°"),
-        ("bending_y", "°"),
-        ("twist", "°"),
-    )
+    name: _motion(name, unit) for name, unit in ({"tilt": "°", "shift": "mm"} | _UNITS).items()
 }
 """By the keys of `problem.task_limits.MotionLimits`."""
+
+LEAST: Mapping[str, Limit] = {name: _least(name, unit) for name, unit in _UNITS.items()}
+"""By the keys of `problem.task_limits.LeastMotions`."""
 
 PER_KPA = 1e-3
 """MPa."""
@@ -72,7 +84,7 @@ SENSITIVITIES: Mapping[str, Limit] = {
 }
 """By the keys of `problem.task_limits.SensitivityLimits`."""
 
-OF_STATES = (STRAIN, MARGIN, *MOTIONS.values(), *SENSITIVITIES.values())
+OF_STATES = (STRAIN, MARGIN, *MOTIONS.values(), *LEAST.values(), *SENSITIVITIES.values())
 """All of them, see `optimize.states`."""
 
 
@@ -85,6 +97,14 @@ def bound_of(limit: Limit, problem: Problem, task: Task) -> float | None:
     of_task = task.limits is not None and limit not in (STRAIN, MARGIN)
     own = limit.read(task.limits) if of_task else None
     return limit.read(problem.limits) if own is None else own
+
+
+def direction(name: str, problem: Problem, task: Task) -> float:
+    """1.0, or -1.0 where the least motion of a task is negative."""
+    own = None if task.limits is None or task.limits.at_least is None else getattr(task.limits.at_least, name)
+    if own is None:
+        own = getattr(problem.limits.at_least, name)
+    return float(np.sign(own))
 
 
 def of_tasks(limit: Limit, problem: Problem) -> list[tuple[Limit, float, tuple[str, ...]]]:

@@ -15,6 +15,7 @@ from pneumorph.objective.kinds import (
     match_curve,
     match_sections,
     maximize,
+    minimize,
     motion,
     pose,
     press,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 KINDS: Mapping[type[tables.ObjectiveSpec], Kind] = {
     tables.Maximize: Kind(maximize.build),
+    tables.Minimize: Kind(minimize.build),
     tables.MatchCurve: Kind(match_curve.build, match_curve.target),
     tables.MatchSections: Kind(match_sections.build, match_sections.target),
     tables.Reach: Kind(reach.build, reach.target),
@@ -54,7 +56,10 @@ def build_objectives(problem: Problem, aimed: bool = False) -> dict[str, Objecti
     for number, task in enumerate(problem.task):
         if aimed and not task.objective.aimed:
             continue
-        scope = Scope(f"task[{number}].objective", problem.body.length, tip - base, chambers, obstacles)
+        signs = {
+            name: -1.0 if pressure.start < 0.0 else 1.0 for name, pressure in task.pressure.items() if pressure.free
+        }
+        scope = Scope(f"task[{number}].objective", problem.body.length, tip - base, chambers, obstacles, signs)
         shift = [pose_of(task.poses.get(name, ())) for name in obstacles]
         built = KINDS[type(task.objective)].build(task.objective, scope)
         objectives[task.name] = replace(built, shift=np.array(shift).reshape(-1, 6))

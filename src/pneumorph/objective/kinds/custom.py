@@ -78,4 +78,5 @@ def _zeros(asked: Asked) -> Features:
         jnp.zeros((asked.sections, 3, 3)),
         {name: Pressing(jnp.zeros(3), jnp.zeros(()), jnp.zeros(())) for name in asked.obstacles},
         {name: jnp.zeros(6) for name in asked.obstacles},
+        jnp.zeros(()),
     )

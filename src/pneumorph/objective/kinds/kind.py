@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -24,6 +24,8 @@ class Scope(NamedTuple):
         From the centre of the base to that of the tip, mm.
     chambers, obstacles : tuple of str
         Names.
+    designed : {chamber: float}
+        Of the pressures that are designed in the task, 1.0, or -1.0 for a vacuum.
     """
 
     key: str
@@ -31,6 +33,7 @@ class Scope(NamedTuple):
     tip: np.ndarray
     chambers: tuple[str, ...] = ()
     obstacles: tuple[str, ...] = ()
+    designed: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,8 @@ from pneumorph.objective.objective import FeatureFunction, Objective
 from pneumorph.problem import Maximize
 
 _READERS = {
+    "shift_x": lambda f: f.translation[0],
+    "shift_y": lambda f: f.translation[1],
     "extension": lambda f: f.translation[2],
     "bending_x": lambda f: f.rotation[0],
     "bending_y": lambda f: f.rotation[1],
@@ -20,7 +22,7 @@ def build(asked: Maximize, scope: Scope) -> Objective:
 
 
 def motion(name: str) -> FeatureFunction:
-    """A motion of the end-effector: "extension" in mm, "bending_x", "bending_y" or "twist" in rad.
+    """A motion of the end-effector: "shift_x", "shift_y" or "extension" in mm, a rotation about x, y or z in rad.
 
     With a minus sign, as in "-twist", the motion in the opposite direction.
     """

@@ -20,6 +20,7 @@ from pneumorph.problem.checks.room import check_envelope, check_obstacles
 from pneumorph.problem.checks.solid import LARGEST, MAX_CONTROL_POINTS, SMALLEST, check_solid, too_many_elements
 from pneumorph.problem.checks.symmetry import check_symmetry
 from pneumorph.problem.contact import TriangulatedSpec
+from pneumorph.problem.objectives import Minimize
 from pneumorph.problem.objectives.table import Known
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
@@ -83,6 +84,15 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
                 "has no weight without gravity; add a table [gravity], or leave mass out",
             )
     yield from faults_of_loads(problem)
+    asking = any(
+        limits is not None and limits.at_least for limits in (problem.limits, *(t.limits for t in problem.task))
+    )
+    if not asking and all(isinstance(task.objective, Minimize) for task in problem.task):
+        yield (
+            "task[0].objective.of",
+            "nothing says what the robot has to do with so little; give the task's least motions, as in "
+            'limits = { at_least = { bending_y = "30 deg" } }',
+        )
     for index, task in enumerate(problem.task):
         for name in task.pressure:
             if name not in names:
@@ -94,7 +104,8 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
             for name in given:
                 if name not in obstacles:
                     yield f"task[{index}].{key}.{name}", f'there is no obstacle "{name}"; {these}'
-        for key, reason in task.objective.inconsistencies(known):
+        designed = [name for name, pressure in task.pressure.items() if pressure.free]
+        for key, reason in task.objective.inconsistencies(known._replace(designed=designed)):
             yield f"task[{index}].objective.{key}", reason
 
 

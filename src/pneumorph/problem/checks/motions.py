@@ -32,19 +32,30 @@ def check_motions(problem: Tables) -> Iterator[tuple[str, str]]:
     if symmetry.half_turn:
         alone[f'half_turn = "{symmetry.half_turn}"'] = Symmetry(half_turn=symmetry.half_turn)
     for index, task in enumerate(problem.task):
-        for motion, (key, _) in task.objective.asked_motions.items():
+        for motion, key in _asked(problem, index, task):
             if handed if motion == "twist" else layered:
                 continue
             for name, each in {**alone, "of all kinds together": symmetry}.items():
                 if not _possible(problem, task, each)[MOTIONS.index(motion)]:
                     instead = ' (half_turn = "x" also keeps both halves alike)' if motion == "twist" else ""
                     yield (
-                        f"task[{index}].objective.{key}",
+                        key,
                         f"{motion} is ruled out by body.symmetry, {name}: body, pressures and loads are symmetric, and "
                         f"so are all motions; leave that symmetry out{instead}, or give chambers that are images of "
                         "each other unlike pressures",
                     )
                     break
+
+
+def _asked(problem: Tables, index: int, task: Task) -> Iterator[tuple[str, str]]:
+    """The motions that must not be zero in a task, and their keys."""
+    for motion, (key, _) in task.objective.asked_motions.items():
+        yield motion, f"task[{index}].objective.{key}"
+    for where, limits in (("limits", problem.limits), (f"task[{index}].limits", task.limits)):
+        if limits is not None and limits.at_least is not None:
+            for motion in MOTIONS:
+                if getattr(limits.at_least, motion) is not None:
+                    yield motion, f"{where}.at_least.{motion}"
 
 
 def _possible(problem: Tables, task: Task, symmetry: Symmetry) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ from pneumorph.problem.objectives.custom import Custom
 from pneumorph.problem.objectives.match_curve import MatchCurve
 from pneumorph.problem.objectives.match_sections import MatchSections
 from pneumorph.problem.objectives.maximize import Maximize
+from pneumorph.problem.objectives.minimize import Minimize
 from pneumorph.problem.objectives.motion import TargetMotion
 from pneumorph.problem.objectives.pose import TargetPose
 from pneumorph.problem.objectives.press import Press
@@ -18,6 +19,7 @@ from pneumorph.problem.table import TAG
 
 _Tables = (
     Annotated[Maximize, Tag(TAG + "maximize")]
+    | Annotated[Minimize, Tag(TAG + "minimize")]
     | Annotated[MatchCurve, Tag(TAG + "match_curve")]
     | Annotated[MatchSections, Tag(TAG + "match_sections")]
     | Annotated[Reach, Tag(TAG + "reach")]

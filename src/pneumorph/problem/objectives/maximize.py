@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator
 
+from pneumorph.errors import short
 from pneumorph.problem.components import MOTION_OF, MOTIONS
 from pneumorph.problem.objectives.table import Asked, ObjectiveTable
 from pneumorph.problem.objectives.words import Amount, Result, motion_amount
@@ -17,11 +18,13 @@ def _motion(name: Any) -> Any:
     if not isinstance(name, str):
         return name
     sign, component = (name[0], name[1:]) if name[:1] in ("+", "-") else ("", name)
-    if component in MOTIONS[:2]:
+    motion = MOTION_OF.get(component, component)
+    if motion not in MOTIONS:
         raise ValueError(
-            f'"{name}" has no largest value to look for; ask for an amount: {{ kind = "motion", {component} = "5 mm" }}'
+            f'"{short(name)}" is not a known motion; use {", ".join(MOTIONS[:-1])} or {MOTIONS[-1]}, with a minus sign for '
+            "the opposite direction"
         )
-    return sign + MOTION_OF.get(component, component)
+    return sign + motion
 
 
 class Maximize(ObjectiveTable):
@@ -35,9 +38,9 @@ class Maximize(ObjectiveTable):
     kind: Literal["maximize"] = "maximize"
     """The kind of objective; "maximize" if it is left out."""
     motion: Annotated[Literal[
-        "extension", "bending_x", "bending_y", "twist",
-        "+extension", "+bending_x", "+bending_y", "+twist",
-        "-extension", "-bending_x", "-bending_y", "-twist",
+        "shift_x", "shift_y", "extension", "bending_x", "bending_y", "twist",
+        "+shift_x", "+shift_y", "+extension", "+bending_x", "+bending_y", "+twist",
+        "-shift_x", "-shift_y", "-extension", "-bending_x", "-bending_y", "-twist",
     ], BeforeValidator(_motion), Example('e.g. motion = "extension"')]  # fmt: skip
     """The motion of the tip; a minus sign reverses the direction."""
 
@@ -68,12 +71,11 @@ class Maximize(ObjectiveTable):
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `ObjectiveTable.keeps`."""
-        signs = dict(zip(("bending_x", "bending_y", "twist"), axial, strict=True)) | {"extension": polar[2]}
-        return signs[self.component] > 0
+        return dict(zip(MOTIONS, (*polar, *axial), strict=True))[self.component] > 0
 
     def bends(self, length: float) -> np.ndarray:
         """See `ObjectiveTable.bends`."""
-        return np.array([self.component == "bending_x", self.component == "bending_y"], float)
+        return np.array([self.component in ("bending_x", "shift_y"), self.component in ("bending_y", "shift_x")], float)
 
     def achieved(self, result: Result) -> Amount:
         """The motion."""

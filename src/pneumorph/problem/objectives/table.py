@@ -27,12 +27,14 @@ class Asked(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What a problem has that objectives are about: names of chambers, obstacles and free ones, and whether a plate."""
+    """What a task has that objectives are about: names of chambers, obstacles and free ones, whether a plate, and the
+    chambers whose pressures are designed."""
 
     chambers: Sequence[str]
     obstacles: Sequence[str]
     free: Sequence[str]
     plate: bool
+    designed: Sequence[str] = ()
 
 
 class ObjectiveTable(Table):

@@ -32,7 +32,8 @@ UNITS = {"mm": ("mm", 1.0), "rad": ("°", 180.0 / np.pi), "N": ("N", 1.0), "mm2"
 
 
 class Amount(NamedTuple):
-    """A value with its unit ("mm", "°", "N", "mm²" or ""), the word for it, and its target in that unit, if any."""
+    """A value with its unit ("mm", "°", "N", "mm²", "g", "ml", "kPa" or ""), the word for it, and its target in that
+    unit, if any."""
 
     value: float
     unit: str

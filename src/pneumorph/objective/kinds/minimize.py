@@ -1,0 +1,21 @@
+"""As little as possible of the rubber, the air or the pressure."""
+
+from __future__ import annotations
+
+from pneumorph.objective.kinds.kind import Scope
+from pneumorph.objective.objective import Objective
+from pneumorph.problem import Minimize
+
+_PER_MPA, _PER_MM3 = 1e3, 1e-3
+"""kPa and ml."""
+
+
+def build(asked: Minimize, scope: Scope) -> Objective:
+    """The mass of the rubber in g, the volume of the inflated chambers in ml, or the sum of pressures in kPa."""
+    if asked.of == "mass":
+        return Objective(lambda f: f.mass)
+    if asked.of == "air":
+        return Objective(lambda f: _PER_MM3 * sum(f.volume.values()))
+    return Objective(
+        lambda f: 0.0 * f.mass, by_pressure={name: sign * _PER_MPA for name, sign in scope.designed.items()}
+    )
