@@ -81,7 +81,7 @@ class Features(NamedTuple):
     section_rotation: Array
     contact: Mapping[str, Pressing] = {}
     pose: Mapping[str, Array] = {}
-    mass: Array | float = 0.0
+    mass: Array = np.zeros(())  # pyright: ignore[reportAssignmentType]
 
 
 class Slabs(NamedTuple):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import jax.numpy as jnp
+
 from pneumorph.objective.kinds.kind import Scope
 from pneumorph.objective.objective import Objective
 from pneumorph.problem import Minimize
@@ -15,7 +17,6 @@ def build(asked: Minimize, scope: Scope) -> Objective:
     if asked.of == "mass":
         return Objective(lambda f: f.mass)
     if asked.of == "air":
-        return Objective(lambda f: _PER_MM3 * sum(f.volume.values()))
-    return Objective(
-        lambda f: 0.0 * f.mass, by_pressure={name: sign * _PER_MPA for name, sign in scope.designed.items()}
-    )
+        return Objective(lambda f: _PER_MM3 * sum(f.volume.values(), jnp.zeros(())))
+    rates = {name: sign * _PER_MPA for name, sign in scope.designed.items()}
+    return Objective(lambda f: 0.0 * f.mass, by_pressure=rates)

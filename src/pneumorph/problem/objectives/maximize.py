@@ -21,8 +21,8 @@ def _motion(name: Any) -> Any:
     motion = MOTION_OF.get(component, component)
     if motion not in MOTIONS:
         raise ValueError(
-            f'"{short(name)}" is not a known motion; use {", ".join(MOTIONS[:-1])} or {MOTIONS[-1]}, with a minus sign for '
-            "the opposite direction"
+            f'"{short(name)}" is not a known value; use {", ".join(MOTIONS[:-1])} or {MOTIONS[-1]}, '
+            "with a minus sign for the opposite direction"
         )
     return sign + motion
 
@@ -71,7 +71,7 @@ class Maximize(ObjectiveTable):
 
     def keeps(self, polar: Sequence[float], axial: Sequence[float]) -> bool:
         """See `ObjectiveTable.keeps`."""
-        return dict(zip(MOTIONS, (*polar, *axial), strict=True))[self.component] > 0
+        return (*polar, *axial)[MOTIONS.index(self.component)] > 0
 
     def bends(self, length: float) -> np.ndarray:
         """See `ObjectiveTable.bends`."""

@@ -12,7 +12,7 @@ WORDS = {"mass": "mass of the rubber", "air": "air in the chambers", "pressure":
 
 
 class Minimize(ObjectiveTable):
-    """Objective: the least mass, air or pressure with which the task's least motions (`limits.at_least`) are reached."""
+    """Objective: the least mass, air or pressure that the least motions of the tasks (`limits.at_least`) need."""
 
     curve: ClassVar[str] = "amount"
 
