@@ -35,9 +35,9 @@ from pneumorph.analysis.near import Solved, analyse_near
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of
 from pneumorph.mechanics import NoEquilibrium, Tangent, part_of, solve
-from pneumorph.mechanics.setup import ACTIVATION
 from pneumorph.objective import measure_features
 from pneumorph.problem import Problem, load, loads
+from pneumorph.problem.contact import ACTIVATION
 
 ROOT = Path(__file__).resolve().parents[1]
 COARSER = 1.6

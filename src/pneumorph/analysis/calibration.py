@@ -219,7 +219,7 @@ class _Fit:
     @property
     def inflated(self) -> np.ndarray:
         """Which chambers (C,) have pressure at some point."""
-        return self.curve.pressures.any(axis=0)
+        return np.any(self.curve.pressures, axis=0)
 
     def begun(self) -> _Solved:
         """The states as the body is designed, along the curve from the lowest pressure.

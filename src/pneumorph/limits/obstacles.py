@@ -165,7 +165,8 @@ def region_of(spec: ObstacleSpec) -> Region | Space:
             return Ball(spec.radius, spec.center)
         case CylinderSpec():
             middle = float(np.dot(spec.axis, spec.center))
-            back = tuple(-part for part in spec.axis)
+            x, y, z = spec.axis
+            back = (-x, -y, -z)
             ends = HalfSpace(spec.axis, middle + spec.length / 2), HalfSpace(back, spec.length / 2 - middle)
             return Intersection((Cylinder(spec.radius, spec.center, spec.axis), *ends))
         case BoxSpec():

@@ -7,8 +7,7 @@ quadrature points. It is never below the largest share, and above it by at most 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,7 +29,7 @@ _NEGLIGIBLE = 1e-12
 class StrainShare:
     """The aggregate of a task; regions whose rubber states no range do not count."""
 
-    by_pressure: ClassVar[Mapping[str, float]] = {}
+    by_pressure: Mapping[str, float] = field(default_factory=dict)
 
     def at(self, model: Model, X: np.ndarray, state: State) -> float:
         """Its value for a state on nodes X (N, 3) in mm."""

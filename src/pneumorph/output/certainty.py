@@ -42,7 +42,7 @@ def of_the_mesh(objective: ObjectiveTable, here: Result, fine: Result) -> Iterat
         yield f"on a fine mesh the tip is about {place:.2g} mm and {np.degrees(turn):.2g}° from where it is here"
 
 
-def of_sums(here: FineResult, fine: FineResult) -> Iterator[str]:
+def of_sums(here: FineResult | TaskResult, fine: FineResult) -> Iterator[str]:
     """The same of the volumes of chambers, and of the forces on obstacles."""
     sums = {f"volume of {name}": (here.volumes[name], value, "mm³") for name, value in fine.volumes.items()}
     for name, value in fine.contact_normal.items():

@@ -14,7 +14,7 @@ from pneumorph.geometry.body import Body
 from pneumorph.geometry.bspline import clamped, periodic
 from pneumorph.geometry.tube.bent import bent
 from pneumorph.geometry.tube.fitted import FITTED, fitted
-from pneumorph.geometry.tube.surface import TubeSurface, dome_fit
+from pneumorph.geometry.tube.surface import Ends, TubeSurface, dome_fit
 from pneumorph.problem.columns import columns, columns_multiple
 from pneumorph.problem.outline import directions
 
@@ -89,8 +89,8 @@ def _tube(
     net = np.empty((len(z), n_q, 3))
     net[..., :2] = center + widths[..., None] * around + waves[..., None] * outwards
     net[..., 2] = z[:, None]
-    base, tip = ("pole" if height else "flat" for height in domes)
-    return TubeSurface(name, net, (base, tip), (2.0 * np.pi * radius, length), cavity=False)
+    ends: Ends = ("pole" if domes[0] else "flat", "pole" if domes[1] else "flat")
+    return TubeSurface(name, net, ends, (2.0 * np.pi * radius, length), cavity=False)
 
 
 def _outline(spec: BodySpec | ChamberSpec, n_q: int) -> tuple[Array, Array]:

@@ -217,7 +217,7 @@ class SampledLattices:
         rim = self.rims.get((first, second))
         if rim is None and first != second:
             return i, j, distance, u, v
-        here, there = (self.places(number, self._at(number, *at)) for number, *at in ((first, i, u), (second, j, v)))
+        here, there = (self.places(n, self._at(n, part, at)) for n, part, at in ((first, i, u), (second, j, v)))
         if rim is not None:
             counts = rim.away(here) + rim.away(there) >= rim.reach
         else:

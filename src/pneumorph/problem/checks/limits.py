@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from pneumorph.problem.body import BodySpec, ChamberSpec, Ripple
 from pneumorph.problem.materials import materials
 from pneumorph.problem.models import Task
 from pneumorph.problem.regions import REST
@@ -18,6 +19,7 @@ _BEYOND = 3.0
 
 def check_shapes(problem: Tables) -> Iterator[tuple[str, str]]:
     body, limits = problem.tubes, problem.limits
+    tubes: list[tuple[str, BodySpec | ChamberSpec, Ripple | None, str]]
     tubes = [("the exterior", body, body.ripple, "body.ripple.amplitude")]
     for index, chamber in enumerate(body.chamber):
         key = f"body.chamber[{index}].ripple.amplitude" if chamber.ripple else "body.ripple.amplitude"
