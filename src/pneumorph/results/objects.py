@@ -55,11 +55,13 @@ def to_json(record: Any) -> dict[str, Any]:
     if isinstance(record, SweepStep):
         if not record.turns:
             del content["turn_rad"]
+        if record.time is None:
+            del content["time_s"]
         if record.converged:
             del content["reason"]
         else:
-            known = {"task", "pressure_MPa", "move_mm", "turn_rad", "converged", "reason", "buckled_MPa", "limit_MPa"}
-            content |= dict.fromkeys(content.keys() - known)
+            known = {"task", "pressure_MPa", "move_mm", "turn_rad", "time_s", "converged", "reason"}
+            content |= dict.fromkeys(content.keys() - known - {"buckled_MPa", "limit_MPa"})
     return content
 
 
