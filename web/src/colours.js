@@ -18,7 +18,7 @@ export const MODES = {
   limits: { option: "nearest limit", word: "Share of the nearest limit", unit: "%", stops: LIMITS },
   stretch: { option: "stretch", word: "Largest principal stretch", unit: "", stops: STRETCH },
   displacement: { option: "displacement", word: "Displacement", unit: "mm", stops: DISPLACEMENT },
-  rubber: { option: "0.1 mm more rubber", word: "More rubber: not stored for this design", unit: "", stops: RUBBER },
+  rubber: { option: "added rubber", word: "More rubber: not stored for this design", unit: "", stops: RUBBER },
   plain: { option: "none", word: "Plain", unit: "", stops: [PLAIN, PLAIN] },
 };
 
