@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from pneumorph.interface.check import check_gradient
     from pneumorph.interface.design import Design, starting_design
     from pneumorph.interface.material import MaterialFit, fit_material
+    from pneumorph.interface.over_time import OverTime
     from pneumorph.interface.propose import propose
     from pneumorph.interface.runs import Run, design, designs, open_run
     from pneumorph.interface.sweep import Sweep
@@ -38,6 +39,7 @@ __all__ = [
     "LimitReading",
     "MaterialFit",
     "MeshError",
+    "OverTime",
     "Plan",
     "PneumorphError",
     "Problem",
@@ -71,6 +73,7 @@ _MODULES = {
     "interface.material": ("MaterialFit", "fit_material"),
     "interface.propose": ("propose",),
     "interface.runs": ("Run", "design", "designs", "open_run"),
+    "interface.over_time": ("OverTime",),
     "interface.sweep": ("Sweep",),
     "limits.report": ("LimitReading",),
     "problem": ("Problem", "load"),

@@ -170,17 +170,15 @@ class Explorer:
         """
         return self._meshed(dict(like)).whole
 
-    def intersects_itself(self, like: Mapping[str, float], x: np.ndarray) -> bool:
-        """Whether the surface of the body, with its nodes of the mesh in places x (N, 3) in mm, intersects itself.
+    def skin(self, like: Mapping[str, float]) -> Skin:
+        """The surface of the body, on the mesh on which `solved` solves.
 
         Parameters
         ----------
         like : {chamber: MPa}
             As for `solved`.
-        x : (N, 3) array
-            mm.
         """
-        return self._meshed(dict(like)).skin.intersects_itself(x)
+        return self._meshed(dict(like)).skin
 
     def known_pressures(self) -> list[dict[str, float]]:
         """The pressures (MPa) of the tasks with stored results, at which equilibria are known from the beginning."""

@@ -128,6 +128,21 @@ def simulate(
             help="The same, and the force with which the tip presses where it is kept from moving in this direction.",
         ),
     ] = None,
+    supply: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="A=100kPa",
+            help="Fill a chamber with air from a supply of this pressure, or of one that changes with time "
+            "('A=0kPa@0s,100kPa@0.5s'); repeatable. Needs --tube and --times.",
+        ),
+    ] = None,
+    tube: Annotated[
+        list[str] | None,
+        typer.Option(metavar="'2mm x 1m'", help="Inner diameter and length of the tubes, or of one, 'A=2mm x 1m'."),
+    ] = None,
+    times: Annotated[
+        str | None, typer.Option(metavar="0:2:0.05s", help="Moments at which a body with a supply is shown.")
+    ] = None,
     json: Annotated[Path | None, typer.Option(help="Write the steps to this file as JSON.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the steps to this file as a table.")] = None,
     png: Annotated[Path | None, typer.Option(help="Draw the curves of a sweep to this file.")] = None,
@@ -139,9 +154,25 @@ def simulate(
     trust: Trusted = False,
 ) -> None:
     """Simulate the starting body of a problem, or a design of a run: at the tasks' pressures or along sweeps."""
+    files = {"--json": json, "--csv": csv, "--png": png}
+    if supply or tube or times is not None:
+        from pneumorph.cli.over_time import over_time
+
+        others = {
+            "--volume": volume,
+            "--move": move,
+            "--friction": friction,
+            "--rate": rate,
+            "--cycles": cycles,
+            "--one-by-one": one_by_one,
+            "--block": block,
+            "--stiffness": stiffness,
+            "--blocked-along": blocked_along,
+        }
+        over_time(source, supply or [], tube or [], times, pressure or [], others, files, design, task, quiet, trust)
+        return
     from pneumorph.cli.simulate import simulate
 
-    files = {"--json": json, "--csv": csv, "--png": png}
     simulate(
         source,
         pressures=pressure or [],

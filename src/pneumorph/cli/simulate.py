@@ -97,14 +97,14 @@ def simulate(
         compiling.announce(None)
         announce(None)
     # What is wrong with options alone, before a body is read from a file.
-    given = _given("--pressure", pressures, PRESSURES)
-    filled = _given("--volume", volumes, VOLUMES)
-    moved = _given("--move", moves, MOVES)
+    given = given_values("--pressure", pressures, PRESSURES)
+    filled = given_values("--volume", volumes, VOLUMES)
+    moved = given_values("--move", moves, MOVES)
     held_values(block)
     design = design_of(source, number, asking(trust))
     console = Console(quiet=quiet)
     for option, path in files.items():
-        for folder in _check(option, path):
+        for folder in made_folders(option, path):
             console.print(Text(f"the folder {folder} is made for {path.name if path else ''}"), soft_wrap=True)
     options = moved, friction, filled, stiffness, along, rate, cycles
     simulation = design.prepare_simulation(given, block, one_by_one, task, *options)
@@ -121,7 +121,7 @@ def simulate(
     curves: list[Curve] = []
     stop: Interrupted | None = None
     try:
-        with deferred(), doing("sweeping") as far, _progress(console, simulation.count) as progress:
+        with deferred(), doing("sweeping") as far, progress_bar(console, simulation.count) as progress:
             far(f"step 1 of {simulation.count}")
             for number, step in enumerate(simulation.run(curves), start=1):
                 far(f"step {min(number + 1, simulation.count)} of {simulation.count}")
@@ -135,8 +135,8 @@ def simulate(
         stop = error
     finally:
         sweep = Sweep(simulation, curves, time.perf_counter() - began)
-        _write("--json", files["--json"], f"{json.dumps(sweep.to_json(), indent=2, allow_nan=False)}\n")
-        _write("--csv", files["--csv"], sweep.to_csv())
+        write_file("--json", files["--json"], f"{json.dumps(sweep.to_json(), indent=2, allow_nan=False)}\n")
+        write_file("--csv", files["--csv"], sweep.to_csv())
         if files["--png"] is not None and sweep.found:
             sweep.plot(files["--png"])
     steps = sweep.steps
@@ -165,7 +165,7 @@ MOVES = (
 )
 
 
-def _given(key: str, options: list[str], what: str) -> dict[str, str]:
+def given_values(key: str, options: list[str], what: str) -> dict[str, str]:
     """The values in the options, as text, by chamber, or by obstacle and axis."""
     given: dict[str, str] = {}
     for option in options:
@@ -179,7 +179,7 @@ def _given(key: str, options: list[str], what: str) -> dict[str, str]:
     return given
 
 
-def _progress(console: Console, total: int) -> Progress:
+def progress_bar(console: Console, total: int) -> Progress:
     """A progress bar below the rows; none if the console is not a terminal."""
     columns = (BarColumn(), MofNCompleteColumn(), TextColumn("steps,"), TimeElapsedColumn(), TextColumn("left"))
     progress = Progress(*columns, TimeRemainingColumn(), console=console, transient=True)
@@ -188,7 +188,7 @@ def _progress(console: Console, total: int) -> Progress:
     return progress
 
 
-def _check(option: str, path: Path | None) -> list[Path]:
+def made_folders(option: str, path: Path | None) -> list[Path]:
     """Make the folder of a file, and return it if it is new.
 
     Raises
@@ -207,7 +207,7 @@ def _check(option: str, path: Path | None) -> list[Path]:
     return new
 
 
-def _write(option: str, path: Path | None, text: str) -> None:
+def write_file(option: str, path: Path | None, text: str) -> None:
     if path is None:
         return
     with writing(f"{option} {path}"):

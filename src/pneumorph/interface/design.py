@@ -6,7 +6,7 @@ Libraries that draw are loaded when something is drawn: loading them takes half 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -33,6 +33,7 @@ from pneumorph.analysis.near import analyse_near
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.interface.over_time import OverTime, moments_of
 from pneumorph.interface.reach import PressuresFound, inverse, motions_wanted
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import limits_of
@@ -46,6 +47,8 @@ if TYPE_CHECKING:
     import pyvista
     from matplotlib.figure import Figure
 
+    from pneumorph.analysis.airflow import Tube
+    from pneumorph.analysis.supply import Supplied
     from pneumorph.interface.calibration import CalibratedDesign
     from pneumorph.interface.fast_model import FastModel, ModelCheck
     from pneumorph.interface.tolerance import ToleranceReport
@@ -247,6 +250,73 @@ class Design:
         own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
         options = pressures or {}, names, one_by_one, moves, friction, volumes, stiffness, along, rate, cycles
         return prepare_simulation(self.problem, self.body, own, *options)
+
+    def over_time(
+        self,
+        supply: Mapping[str, Any],
+        tube: str | Mapping[str, str],
+        times: str,
+        pressures: Mapping[str, Any] | None = None,
+        task: str | None = None,
+    ) -> OverTime:
+        """Pressures and motions over time, where chambers are filled with air from a supply through tubes.
+
+        The air keeps its temperature, and the body has no inertia: at every moment it is in equilibrium.
+
+        Parameters
+        ----------
+        supply : mapping of chambers to "100 kPa" or "0 kPa @ 0 s, 100 kPa @ 0.5 s"
+            Gauge pressure at the other end of the tube, constant or linear between points of time.
+        tube : str, such as "2 mm x 1 m", or one for every chamber
+            Inner diameter and length.
+        times : str, such as "0:2:0.05 s"
+            The moments.
+        pressures : mapping of chambers to "30 kPa"
+            Constant pressures of chambers without a supply, by default those of the task; those of chambers with one
+            at the first moment, by default 0.
+        task : str
+            Whose loads act; by default the first.
+
+        Raises
+        ------
+        ProblemError
+            If an argument is not valid.
+        MeshError
+            If the body cannot be meshed.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> best = pm.open_run("runs/small").best
+        >>> filled = best.over_time({"A": "20 kPa"}, tube="1 mm x 1 m", times="0:0.2:0.1 s")
+        >>> filled.steps[-1].translation[2] > filled.steps[0].translation[2]  # mm
+        True
+        """
+        tubes, moments, _ = self.prepare_over_time(supply, tube, times, pressures, task)
+        return OverTime(self.problem.title, tubes, list(moments))
+
+    def prepare_over_time(
+        self,
+        supply: Mapping[str, Any],
+        tube: str | Mapping[str, str],
+        times: str,
+        pressures: Mapping[str, Any] | None = None,
+        task: str | None = None,
+    ) -> tuple[Mapping[str, Tube], Iterator[Supplied], int]:
+        """The tubes, the moments of `over_time`, computed as they are asked for, and how many are asked for.
+
+        Parameters
+        ----------
+        supply, tube, times, pressures, task
+            As for `over_time`.
+
+        Raises
+        ------
+        ProblemError
+            If an argument is not valid.
+        """
+        own = self.pressures[self.problem.task[0].name if task is None else self._task(task)]
+        return moments_of(self.explorer(task), own, supply, tube, times, pressures or {})
 
     def explorer(self, task: str | None = None) -> Explorer:
         """Find equilibria at any pressures, one after another, each from the nearest ones that are known.

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import degrees, isnan, nan
+from types import MappingProxyType
 
 from pneumorph.analysis import Curve
 from pneumorph.mechanics import COMPONENTS
@@ -127,9 +128,12 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], cur
     ]
 
 
-def csv_text(curves: Sequence[Curve], chambers: Sequence[str]) -> str:
-    """The table as CSV: a line per step; values of steps without an equilibrium are empty."""
+def csv_text(
+    curves: Sequence[Curve], chambers: Sequence[str], more: Mapping[str, Sequence[float]] = MappingProxyType({})
+) -> str:
+    """The table as CSV, with more columns: a line per step; values of steps without an equilibrium are empty."""
     header, rows = table(curves, chambers)
+    header, rows = [*header, *more], [[*row, *cells] for row, *cells in zip(rows, *more.values(), strict=True)]
     text = io.StringIO()
     written = csv.writer(text, lineterminator="\n")
     written.writerow(header)

@@ -73,7 +73,7 @@ class States:
         if isinstance(answer, NoEquilibrium):
             return answer.reason
         self.factorisations += answer.factorisations
-        if self._explorer.intersects_itself(self._like, at.X + answer.u):
+        if self._explorer.skin(self._like).intersects_itself(at.X + answer.u):
             return "the body intersects itself"
         whole, state = self._explorer.whole(self._like), answer.state
         unstable = not answer.stable
