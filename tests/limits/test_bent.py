@@ -11,11 +11,12 @@ from pneumorph.limits.table import ROWS
 from pneumorph.problem import Problem
 
 CURVATURE, CHAMBER, EXTERIOR = math.radians(60) / 40.0, 5.0, 8.0
+AWAY = 0.01  # mm
 
 
-@pytest.fixture(scope="module")
-def problem():
+def problem_with(ends):
     chamber = {"name": "A", "radius": f"{CHAMBER} mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "37 mm"]}
+    chamber["ends"] = ends
     axis = [{"length": "40 mm", "bend": "60 deg", "towards": "30 deg"}]
     return Problem.model_validate(
         {
@@ -25,6 +26,11 @@ def problem():
             "limits": {"envelope": {"half_space": [{"point": ["0 mm", "0 mm", "50 mm"], "normal": [0, 0, 1]}]}},
         }
     )
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return problem_with("flat")
 
 
 def test_certified_values_are_those_of_a_torus(problem):
@@ -64,3 +70,50 @@ def test_rows_of_tilted_planes_are_derivatives(problem, kind):
     change = there.value[after] - here.value[own]
     assert np.count_nonzero(own) > 20
     assert np.median(np.abs(change - slope[own])) < 1e-3 * np.median(np.abs(change))
+
+
+@pytest.fixture(scope="module")
+def domed():
+    """A problem whose chamber has poles at both ends, its design space, its limits, and a body far from its start."""
+    problem = problem_with("pole")
+    start = starting_body(problem.tubes)
+    space, limits = build_design_space(problem, start), limits_of(problem, start)
+    return space, limits, space.body(space.start + AWAY * np.sin(np.arange(space.n)))
+
+
+def test_poles_across_a_bent_axis_are_enclosed(domed):
+    """Certificates are above dense samples, of which those beside poles have tangents as at any other place."""
+    _, limits, body = domed
+    found = limits.certify(body)
+    q, r = np.arange(96) / 96, np.linspace(0.004, 0.996, 800)
+    most = 0.0
+    for surface in body.surfaces:
+        x_q, x_r, x_qq, x_qr, x_rr = (
+            surface.sample(q, r, dq, dr) for dq, dr in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+        )
+        normal = np.cross(x_q, x_r)
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        E, F, G = (np.sum(a * b, axis=-1) for a, b in ((x_q, x_q), (x_q, x_r), (x_r, x_r)))
+        L, M, N = (np.sum(each * normal, axis=-1) for each in (x_qq, x_qr, x_rr))
+        area = E * G - F**2
+        twice_H, gauss = (E * N - 2.0 * F * M + G * L) / area, (L * N - M**2) / area
+        most = max(most, float((0.5 * twice_H**2 - gauss).max()))
+    reading = found["curvature"]
+    assert most * (1.0 - 1e-9) <= reading.value
+    assert reading.value <= 1.03 * most + 0.011 * abs(reading.bound - most)
+
+
+def test_rows_at_poles_across_a_bent_axis_are_derivatives(domed):
+    space, limits, _ = domed
+    at = space.start + AWAY * np.sin(np.arange(space.n))
+    way = 1e-7 * np.cos(3.0 * np.arange(space.n))
+    here, there = (limits.rows(space.body(each), 6.0, -1.0) for each in (at, at + way))
+    slope = here.jacobian @ (space.L @ way)
+    for kind in ("curvature", "stretch"):
+        own, after = (np.flatnonzero(each.kind == ROWS.index(kind)) for each in (here, there))
+        # Where two samples are about as bad, they may have changed places.
+        same = here.cell[own] == there.cell[after]
+        assert np.count_nonzero(same) > 20
+        assert np.mean(same) > 0.9
+        change = (there.value[after] - here.value[own])[same]
+        assert np.median(np.abs(change - slope[own][same])) < 1e-3 * np.median(np.abs(change))

@@ -7,27 +7,41 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from pneumorph.geometry.tube.bent import bent
 from pneumorph.limits.tube.measures.derivatives import differentiate
 from pneumorph.limits.tube.measures.formulas import measures, pointwise
 from pneumorph.limits.tube.measures.grid import grid
 from pneumorph.limits.tube.measures.pole_frame import frame
 from pneumorph.limits.tube.measures.shape import differentiated, measured, measured_samples
+from pneumorph.problem.axis import Arc, Axis
 
 
 @pytest.fixture
 def surfaces(make_body, waved):
-    """An exterior, and a chamber with poles, both far from their starts."""
+    """An exterior, and chambers with poles, along z and about a bent axis, all far from their starts."""
     body = make_body(length=30.0, chambers=((4.0, (0.5, 0.0), (3.0, 27.0), "pole"),))
     body = body.with_control_points(waved(body, 2, wave=0.8, noise=0.1))
     net = body.chambers[0].net.copy()
     for pole, ring in ((0, 1), (-1, -2)):
         net[pole] = net[pole, 0]
         net[ring, :, 2] = net[pole, 0, 2]
-    return {"flat": body.exterior, "pole": replace(body.chambers[0], net=net)}
+    pole = replace(body.chambers[0], net=net)
+    along = Axis(
+        (
+            Arc(length="12 mm", bend="70 deg", towards="20 deg"),
+            Arc(length="18 mm", bend="30 deg", towards="110 deg"),
+        )
+    )
+    curved = bent(make_body(length=30.0, chambers=((4.0, (0.5, 0.0), (3.0, 27.0), "pole"),)).chambers[0], along)
+    net = curved.net + np.random.default_rng(1).normal(scale=0.1, size=curved.net.shape)
+    for pole_row, ring, direction in ((0, 1, curved.directions[0]), (-1, -2, curved.directions[1])):
+        net[pole_row] = net[pole_row, 0]
+        net[ring] -= ((net[ring] - net[pole_row]) @ direction)[:, None] * np.array(direction)
+    return {"flat": body.exterior, "pole": pole, "bent": replace(curved, net=net)}
 
 
 @pytest.mark.parametrize("form", ["per_mm", "printed"])
-@pytest.mark.parametrize("ends", ["flat", "pole"])
+@pytest.mark.parametrize("ends", ["flat", "pole", "bent"])
 def test_samples_and_points_have_the_same_measures_as_the_grid(surfaces, ends, form):
     surface = surfaces[ends]
     samples = grid(surface, (4, 8))
@@ -59,7 +73,7 @@ def test_derivatives_with_respect_to_tangents_equal_those_of_jax(form, size):
 
 
 @pytest.mark.parametrize("form", ["per_mm", "printed"])
-@pytest.mark.parametrize("ends", ["flat", "pole"])
+@pytest.mark.parametrize("ends", ["flat", "pole", "bent"])
 def test_derivatives_with_respect_to_the_net_pass_a_taylor_test(surfaces, ends, form):
     surface, rng = surfaces[ends], np.random.default_rng(5)
     spans = surface.basis_r.spans
@@ -104,8 +118,9 @@ def test_the_frame_is_that_of_quotients_by_the_circumference(surfaces):
 
 
 @pytest.mark.parametrize("pole", [0.0, 1.0])
-def test_nothing_is_lost_near_a_pole(surfaces, pole):
-    surface = surfaces["pole"]
+@pytest.mark.parametrize("ends", ["pole", "bent"])
+def test_nothing_is_lost_near_a_pole(surfaces, ends, pole):
+    surface = surfaces[ends]
     kind, q = np.arange(4), np.full(4, 0.3)
     at = measured(surface, kind, q, np.full(4, pole), "per_mm")
     for distance in (1e-5, 1e-7, 1e-9, 1e-12, 1e-15):

@@ -39,9 +39,14 @@ size = "4 mm"
 """
 
 
+STRAIGHT = 'length = "26 mm"\n'
+BENT = 'axis = [{ length = "26 mm", bend = "50 deg", towards = "20 deg" }]\n'
+
+
 @pytest.mark.slow
-def test_remainders_of_a_domed_finger_are_of_second_order() -> None:
-    problem = loads(FINGER)
+@pytest.mark.parametrize("axis", [STRAIGHT, BENT])
+def test_remainders_of_a_domed_finger_are_of_second_order(axis: str) -> None:
+    problem = loads(FINGER.replace(STRAIGHT, axis))
     at = analyse_body(problem, body_of(problem))
     mesh = at.disc.morph.mesh
     # What is bonded to the plate is around the pole, and curved.

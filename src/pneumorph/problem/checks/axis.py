@@ -65,8 +65,6 @@ def check_uses(problem: Tables) -> Iterator[tuple[str, str]]:
                 f"leaves a wall of {max(end, 0.0):.3g} mm at an end of the body, inside the bend of its axis, thinner "
                 f"than limits.wall = {wall:g} mm at the start; make the chamber shorter, or let the axis end straight",
             )
-    if body.dome:
-        yield "body.dome", "needs a straight body.axis; leave out the dome or the axis"
     for index, region in enumerate(problem.region):
         for key in ("beyond", "within"):
             if getattr(region, key) is not None:

@@ -29,6 +29,7 @@ from pneumorph.limits.tube.certify.cells import (
 )
 from pneumorph.limits.tube.certify.taylor import bottom, highest_sample, inverse, largest, modelled, top
 from pneumorph.limits.tube.measures.formulas import FLOOR, SMOOTHING, Form, Forms, forms, quantities
+from pneumorph.limits.tube.measures.pole_frame import meridian, side_of
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
@@ -45,7 +46,8 @@ class Polynomials:
     Attributes
     ----------
     parts : (n, f, 4, 4) array
-        Coefficients of v^i u^j of r_q (x, y, z) and r_r (x, y, z), both per mm of the starting tube. With poles, r_q
+        Coefficients of v^i u^j of r_q (x, y, z) and r_r (x, y, z), both per mm of the starting tube, and turned as in
+        `pole_frame`. With poles, r_q
         and the z of r_r are divided by v in the spans next to them, and four more follow: the z of r_q divided by v²,
         the z of r_r, S divided by v, and S.
     scale : (n, 2) array
@@ -66,10 +68,12 @@ def polynomials(surface: TubeSurface, spans: KnotSpans) -> Polynomials:
     """The polynomials of a surface."""
     (tau_q, tau_r), n = surface.size, len(spans.x)
     scale = np.stack([1.0 / (spans.q[:, 1] * tau_q), 1.0 / (spans.r[:, 1] * tau_r)], axis=1)
-    r_q = derivative(spans.x, -1) * scale[:, 0, None, None, None]
-    r_r = derivative(spans.x, -2) * scale[:, 1, None, None, None]
     broken = np.zeros(n, dtype=bool)
     at_base, at_tip = surface.poles
+    side = [side_of(at_base, at_tip, r) for r in spans.r[:, 0] + 0.5 * spans.r[:, 1]]
+    x = np.einsum("ncij,ncd->ndij", spans.x, meridian(surface).turns[side])
+    r_q = derivative(x, -1) * scale[:, 0, None, None, None]
+    r_r = derivative(x, -2) * scale[:, 1, None, None, None]
     if not (at_base or at_tip):
         return Polynomials(np.concatenate([r_q, r_r], axis=1), scale, False, broken)
 
@@ -79,7 +83,7 @@ def polynomials(surface: TubeSurface, spans: KnotSpans) -> Polynomials:
     S = np.repeat(S, columns, axis=0)
     beside = np.zeros(n, dtype=bool)
     beside[:columns], beside[(rows - 1) * columns :] = at_base, at_tip
-    broken[beside] = np.abs(spans.x[beside, 2, 1]).max(axis=-1) > _FLAT
+    broken[beside] = np.abs(x[beside, 2, 1]).max(axis=-1) > _FLAT
 
     def divided(part: Floats, times: int = 1) -> Floats:
         part = part.copy()

@@ -140,7 +140,10 @@ def measures(net: Array, grid: Grid, form: Form = "per_mm") -> Measures:
     padded = np.concatenate([rows, np.full(blocks * height - len(rows), rows[-1])]).reshape(blocks, height)
     parts = grid.frame
     matrices = np.stack(parts[:4])[:, :, padded]
-    along = jnp.einsum("kcbRr,rqc->bkcRq", matrices, net)
+    along = sum(
+        jnp.einsum("kcbRr,rqc->bkcRq", matrices * (parts.side == side)[padded][..., None], net @ parts.turns[side])
+        for side in np.unique(parts.side)
+    )
 
     @jax.checkpoint
     def block(part: tuple[Array, Array, Array]) -> Measures:

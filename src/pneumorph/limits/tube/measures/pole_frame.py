@@ -2,9 +2,11 @@
 
 At a pole the derivative r_q vanishes although the surface has a tangent plane there. Let S(r) be the circumference of
 the starting capsule relative to τ_q. Since S has the same simple zero, U = r_q / S does not vanish, and all limited
-quantities are written in U and r_r. The row of control points next to a pole has the pole's z (see `DesignSpace`), so
-the tangent plane is horizontal, and the z of U, U_q and r_r has another factor S. It is divided out as well, because
-the coefficient L of the second fundamental form needs it.
+quantities are written in U and r_r. The row of control points next to a pole is at the pole's height along the
+direction of that end (see `DesignSpace`), so the tangent plane is across it, and the part of U, U_q and r_r along it
+has another factor S. It is divided out as well, because the coefficient L of the second fundamental form needs it. So
+the net is first turned: z is here along the direction of the pole by which a place is measured, the nearer one. None of
+the limited quantities depends on how the surface is turned.
 
 On the knot span at a pole, S and the basis functions are polynomials with a zero at the pole. There the zeros are
 divided out before anything is evaluated, so nothing is lost by cancellation, however near the pole.
@@ -19,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.geometry.tube.local import pieces
-from pneumorph.geometry.tube.surface import TubeSurface
+from pneumorph.geometry.tube.surface import TubeSurface, turn_to
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +35,10 @@ class Frame(NamedTuple):
         For U, r_r, U_r and r_rr, one matrix per component. The z of U and of r_r is divided by S.
     shrink, slope : (rows, 1) arrays
         S and dS/dr; 1 and 0 without poles.
+    turns : (2, 3, 3) array
+        See `Meridian`.
+    side : (rows,) int array
+        Which of the turns is that of a row: 0 or 1.
     """
 
     across: Floats
@@ -41,6 +47,8 @@ class Frame(NamedTuple):
     along_r: Floats
     shrink: Floats
     slope: Floats
+    turns: Floats
+    side: NDArray[np.integer]
 
 
 class Meridian(NamedTuple):
@@ -56,6 +64,9 @@ class Meridian(NamedTuple):
         Whether these are poles.
     length : float
         mm.
+    turns : (2, 3, 3) array
+        Rotations from z to the directions at base and tip where these are poles: the columns are the axes of the frame
+        of places that are measured by that pole.
     """
 
     pieces: Floats
@@ -63,11 +74,22 @@ class Meridian(NamedTuple):
     base: bool
     tip: bool
     length: float
+    turns: Floats
 
 
 def meridian(surface: TubeSurface) -> Meridian:
     """The functions of r of a surface."""
-    return Meridian(pieces(surface.basis_r), surface.parallels, *surface.poles, surface.size[1])
+    turns = [
+        turn_to(direction) if pole else np.eye(3)
+        for pole, direction in zip(surface.poles, surface.directions, strict=True)
+    ]
+    return Meridian(pieces(surface.basis_r), surface.parallels, *surface.poles, surface.size[1], np.stack(turns))
+
+
+@numba.njit(cache=True, nogil=True)
+def side_of(base, tip, r):
+    """By which end a place at r is measured, given which ends are poles: 0 for the base, 1 for the tip."""
+    return 1 if tip and (r > 0.5 or not base) else 0
 
 
 def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
@@ -80,20 +102,21 @@ def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
         first, shrink[row], slope[row] = local_frame(around, place, local)
         functions[:, :, row, first : first + 4] = local
     across, along, across_r, along_r = functions
-    return Frame(across, along, across_r, along_r, shrink, slope)
+    side = np.array([side_of(around.base, around.tip, place) for place in r])
+    return Frame(across, along, across_r, along_r, shrink, slope, around.turns, side)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def local_frame(meridian, r, functions):
     """Write the parts (4, 3, 4) of the frame at r that are nonzero; returns their first row of the net, S and dS/dr.
 
-    `functions` has, for U, r_r, U_r and r_rr and each component, the factors of four successive rows of the net.
+    They are for components of the turned net. `functions` has, for U, r_r, U_r and r_rr and each component, the factors of four successive rows of the net.
     """
     spans, r = len(meridian.pieces), min(max(r, 0.0), 1.0)
     span = min(int(r * spans), spans - 1)
     rate = spans / meridian.length
     if meridian.base or meridian.tip:
-        tip = meridian.tip and (r > 0.5 or not meridian.base)
+        tip = side_of(meridian.base, meridian.tip, r) == 1
         nearer = spans - 1 - span if tip else span
         return _polar(meridian, nearer, (1.0 - r if tip else r) * spans - nearer, rate, tip, functions)
     u = r * spans - span

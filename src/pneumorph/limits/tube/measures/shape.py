@@ -16,7 +16,7 @@ from pneumorph.geometry.tube.surface import TubeSurface
 from pneumorph.limits.tube.measures.derivatives import FLAGS, differentiate, forms_of, measures_of
 from pneumorph.limits.tube.measures.formulas import Form
 from pneumorph.limits.tube.measures.grid import Grid
-from pneumorph.limits.tube.measures.pole_frame import Meridian, local_frame, meridian
+from pneumorph.limits.tube.measures.pole_frame import Meridian, local_frame, meridian, side_of
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
@@ -26,9 +26,10 @@ _ROWS, _POINTS = 64, 512  # rows of samples, and points, that a thread takes at 
 
 
 class _Tube(NamedTuple):
-    """A surface as compiled code takes it: its net and basis functions, and how stretch is measured."""
+    """A surface as compiled code takes it: its net in the frames of base and tip (2, n_r, n_q, 3), its basis functions,
+    and how stretch is measured."""
 
-    net: Floats
+    nets: Floats
     pieces_q: Floats
     size: tuple[float, float]
     meridian: Meridian
@@ -36,9 +37,10 @@ class _Tube(NamedTuple):
 
 
 def _tube(surface: TubeSurface, form: Form) -> _Tube:
-    net = np.ascontiguousarray(surface.net, dtype=float)
+    along = meridian(surface)
+    nets = np.stack([np.asarray(surface.net, dtype=float) @ turn for turn in along.turns])
     tau_q, tau_r = (float(extent) for extent in surface.size)
-    return _Tube(net, pieces(surface.basis_q), (tau_q, tau_r), meridian(surface), form == "per_mm")
+    return _Tube(nets, pieces(surface.basis_q), (tau_q, tau_r), along, form == "per_mm")
 
 
 def measured_samples(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
@@ -48,7 +50,7 @@ def measured_samples(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
 
     def work(some: slice) -> None:
         by_r = samples.support_r[some], samples.local_frame[:, :, some], parts.shrink[some, 0], parts.slope[some, 0]
-        _measure_rows(tube, *by_r, samples.support_q, samples.local_q, measured[:, some])
+        _measure_rows(tube, parts.side[some], *by_r, samples.support_q, samples.local_q, measured[:, some])
 
     each(work, [slice(first, first + _ROWS) for first in range(0, len(samples.r), _ROWS)])
     return measured
@@ -100,18 +102,19 @@ def differentiated(surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form:
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS, error_model="numpy")
-def _measure_rows(tube, support_r, by_r, shrink, slope, support_q, by_q, into):
+def _measure_rows(tube, side, support_r, by_r, shrink, slope, support_q, by_q, into):
     """Fill `into` (4, rows, columns) with the measures on rows of samples."""
     aspect = tube.size[1] / tube.size[0]
-    lines, tangents = np.empty((tube.net.shape[1], 4, 3)), np.empty((5, 3))
+    lines, tangents = np.empty((tube.nets.shape[2], 4, 3)), np.empty((5, 3))
     for row in range(len(support_r)):
+        net = tube.nets[side[row]]
         # The net's columns, combined by the functions of r.
         for j in range(len(lines)):
             for k in range(4):
                 for c in range(3):
                     value = 0.0
                     for i in range(4):
-                        value += by_r[k, c, row, i] * tube.net[support_r[row, i], j, c]
+                        value += by_r[k, c, row, i] * net[support_r[row, i], j, c]
                     lines[j, k, c] = value
         for column in range(len(support_q)):
             tangents[:] = 0.0
@@ -140,18 +143,25 @@ def _measure(tube, kind, q, r, value):
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS, error_model="numpy")
 def _differentiate(tube, kind, q, r, value, entry, number):
     """Fill `value`, `entry` and `number` (…, 4, 4, 3), see `differentiated`."""
-    aspect, columns = tube.size[1] / tube.size[0], tube.net.shape[1]
+    aspect, columns = tube.size[1] / tube.size[0], tube.nets.shape[2]
     by_q, by_r = np.empty((3, 4)), np.empty((4, 3, 4))
-    tangents, slopes = np.empty((5, 3)), np.empty((5, 3))
+    tangents, slopes, own = np.empty((5, 3)), np.empty((5, 3)), np.empty((3, 3))
     for m in range(len(kind)):
         row, column, S, S_r = _tangents(tube, q[m], r[m], by_q, by_r, tangents)
         value[m] = differentiate(kind[m], tangents, S, S_r, aspect, tube.per_mm, slopes)
+        turn = tube.meridian.turns[side_of(tube.meridian.base, tube.meridian.tip, r[m])]
         for j in range(4):
+            for d in range(3):
+                # The derivatives with respect to the three combinations of row j of the turned net by functions of q.
+                own[0, d] = slopes[1, d] * by_r[1, d, j] + slopes[4, d] * by_r[3, d, j]
+                own[1, d] = slopes[0, d] * by_r[0, d, j] + slopes[3, d] * by_r[2, d, j]
+                own[2, d] = slopes[2, d] * by_r[0, d, j]
             for c in range(3):
-                # The derivatives with respect to the three combinations of row j by functions of q.
-                zeroth = slopes[1, c] * by_r[1, c, j] + slopes[4, c] * by_r[3, c, j]
-                first = slopes[0, c] * by_r[0, c, j] + slopes[3, c] * by_r[2, c, j]
-                second = slopes[2, c] * by_r[0, c, j]
+                zeroth, first, second = 0.0, 0.0, 0.0
+                for d in range(3):
+                    zeroth += turn[c, d] * own[0, d]
+                    first += turn[c, d] * own[1, d]
+                    second += turn[c, d] * own[2, d]
                 for i in range(4):
                     entry[m, j, i, c] = zeroth * by_q[0, i] + first * by_q[1, i] + second * by_q[2, i]
                     number[m, j, i, c] = 3 * ((row + j) * columns + (column + i) % columns) + c
@@ -173,12 +183,13 @@ def _tangents(tube, q, r, by_q, by_r, tangents):
         by_q[1, i] = rate * (a[1] + u * (2.0 * a[2] + u * 3.0 * a[3]))
         by_q[2, i] = rate * rate * (2.0 * a[2] + u * 6.0 * a[3])
     row, S, S_r = local_frame(tube.meridian, r, by_r)
+    net = tube.nets[side_of(tube.meridian.base, tube.meridian.tip, r)]
     tangents[:] = 0.0
     for j in range(4):
         for c in range(3):
             zeroth, first, second = 0.0, 0.0, 0.0
             for i in range(4):
-                x = tube.net[row + j, (span - 1 + i) % columns, c]
+                x = net[row + j, (span - 1 + i) % columns, c]
                 zeroth, first, second = zeroth + by_q[0, i] * x, first + by_q[1, i] * x, second + by_q[2, i] * x
             tangents[0, c] += by_r[0, c, j] * first
             tangents[1, c] += by_r[1, c, j] * zeroth
