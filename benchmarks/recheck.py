@@ -5,7 +5,8 @@
 The surfaces are evaluated by polynomials from the Cox–de Boor recurrence. The wall is the distance between dense
 samples of every two surfaces, end discs included, refined by Newton's method on the closest pairs; envelope and
 curvature are those of dense samples, refined around the worst. The curvature is half the squared Frobenius norm of the
-shape operator in an orthonormal frame; a sixteenth of a knot span beside a pole is excluded.
+shape operator in an orthonormal frame; a sixteenth of a knot span beside a pole is excluded. A tip that is a dome is a
+pole of the exterior, and has no plane.
 
 The exit status is 1 if a value is worse than in the history, which has certified ones, 2 if RUN cannot be read.
 """
@@ -198,13 +199,15 @@ def normal(row: np.ndarray) -> np.ndarray:
     return area / np.linalg.norm(area)
 
 
-def measured(nets: dict[str, np.ndarray], ends: dict[str, str]) -> dict[str, float]:
-    """Wall, envelope and curvature of a body."""
+def measured(nets: dict[str, np.ndarray], ends: dict[str, str], domed: bool = False) -> dict[str, float]:
+    """Wall, envelope and curvature of a body, whose tip may be a dome."""
     exterior = Patch(nets["exterior"])
     # The planes of the flat ends, from their rims: base and tip, with normals into the body.
-    planes = [(nets["exterior"][k, 0], -way * normal(nets["exterior"][k])) for k, way in ((0, -1.0), (-1, 1.0))]
+    flat = ((0, -1.0),) if domed else ((0, -1.0), (-1, 1.0))
+    planes = [(nets["exterior"][k, 0], -way * normal(nets["exterior"][k])) for k, way in flat]
     chambers = {name: Patch(nets[f"chamber_{name}"]) for name in ends}
-    walls, bends, closed = [], [largest(exterior, bending)], [[exterior]]
+    last = 1.0 - 1 / (16 * exterior.spans) if domed else 1.0
+    walls, bends, closed = [], [largest(exterior, bending, 0.0, last)], [[exterior]]
     for name, patch in chambers.items():
         margin = 1 / (16 * patch.spans) if ends[name] == "pole" else 0.0
         bends.append(largest(patch, bending, margin, 1.0 - margin))
@@ -238,7 +241,7 @@ def main(folder: Path) -> int:
     worse = 0
     for number, claimed in claims.items():
         with np.load(folder / "designs" / f"{number:04d}.npz") as nets:
-            found = measured(dict(nets), ends)
+            found = measured(dict(nets), ends, "dome" in problem["body"])
         cells, bad = [], []
         for key, sign in SIGN.items():
             claim = claimed.get(key)

@@ -1,4 +1,4 @@
-"""Check walls, folds, scaling and envelope of every design of a body from a CAD file independently of its certificates.
+"""Check all limits on the shape of every design of a body from a CAD file independently of its certificates.
 
     python benchmarks/recheck_bodies.py RUN
 
@@ -7,14 +7,15 @@ file of every design; all else is computed here. The wall is the least distance 
 surfaces of the STL file, and the envelope is that of its points. Both may differ from the exact surfaces by the chord
 error of the file, which is verified by samples of these, displaced by splines from the Cox–de Boor recurrence. Folds
 are the distances of samples that are no neighbours in the file, about 1 % too large. Scalings are the singular values
-of the map's gradient at the samples, where its determinant must be positive. Bodies with ports are not covered.
+of the map's gradient at the samples, where its determinant must be positive. Reach into obstacles is that of samples,
+into the room that samples of the body at the start leave. Bodies with ports are not covered.
 
 The exit status is 1 if a value is worse than in the history, which has certified ones, 2 if RUN cannot be read.
 """
 
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -25,14 +26,17 @@ from recheck import pieces
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
 
 from pneumorph.errors import PneumorphError
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
+from pneumorph.geometry.starting import body_of
 from pneumorph.make.faces.triangles import triangulated
 from pneumorph.make.printing import write_stl
 from pneumorph.make.triangles import Triangles
 from pneumorph.problem import Limits
+from pneumorph.problem.contact import ObstacleSpec
 from pneumorph.run import open_run
 
 CHORD = 0.02  # mm
@@ -42,6 +46,7 @@ FAR = 1.2  # folds wider than this are not measured, relative to the limit
 SINGLE = 1e-5  # rounding of coordinates in STL files, mm
 ROUNDING = 1e-6  # of values in histories, relative
 SIGN = {"wall_mm": 1.0, "fold_mm": 1.0, "scaling_least": 1.0, "scaling_largest": -1.0, "envelope_mm": -1.0}
+SIGN["obstacles_mm"] = -1.0
 AT_ONCE = 200_000
 
 
@@ -270,8 +275,55 @@ def envelope(limits: Limits, points: np.ndarray) -> float | None:
     return max(beyond + ([] if asked.radius is None else [radial - asked.radius]))
 
 
+def beside(obstacle: ObstacleSpec, points: np.ndarray) -> np.ndarray:
+    """Distances (n,) of points (n, 3) from an obstacle in its place, mm; negative within it."""
+    if obstacle.kind == "plane":
+        return (points - np.array(obstacle.point)) @ np.array(obstacle.normal)
+    if obstacle.kind == "mesh":
+        corners, triangles = obstacle.surface
+        placed = Rotation.from_rotvec(obstacle.rotation).apply(obstacle.scale * corners) + np.array(obstacle.position)
+        return _beside_triangles(placed[triangles], points)
+    away = points - np.array(obstacle.center)
+    if obstacle.kind == "sphere":
+        return np.linalg.norm(away, axis=1) - obstacle.radius
+    if obstacle.kind == "box":
+        beyond = np.abs(away) - np.array(obstacle.size) / 2.0
+    else:
+        along = away @ np.array(obstacle.axis)
+        radial = np.linalg.norm(away - along[:, None] * np.array(obstacle.axis), axis=1)
+        beyond = np.column_stack([radial - obstacle.radius, np.abs(along) - obstacle.length / 2.0])
+    return np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0)
+
+
+def _beside_triangles(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The same for a closed surface, within which its triangles fill the whole sphere of directions."""
+    found = np.empty(len(points))
+    for k in range(0, len(points), 2000):
+        some = points[k : k + 2000]
+        distance, angle = np.full(len(some), np.inf), np.zeros(len(some))
+        for triangle in triangles:
+            distance = np.minimum(distance, from_points(some, np.broadcast_to(triangle, (len(some), 3, 3))))
+            # The solid angle of a triangle by Van Oosterom and Strackee (1983).
+            a, b, c = np.moveaxis(triangle - some[:, None], 1, 0)
+            la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+            ab, bc, ca = (np.einsum("nd,nd->n", *pair) for pair in ((a, b), (b, c), (c, a)))
+            volume = np.einsum("nd,nd->n", a, np.cross(b, c))
+            angle += 2.0 * np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb)
+        found[k : k + 2000] = np.where(np.abs(angle) > 2.0 * np.pi, -distance, distance)
+    return found
+
+
+def reach(start: np.ndarray, now: np.ndarray, obstacles: Iterable[ObstacleSpec], contact: float) -> float | None:
+    """How far points are within half of the contact distance, or of the gap at the start, from an obstacle, mm."""
+    found = []
+    for each in obstacles:
+        room = 0.5 * min(contact, max(float(beside(each, start).min()), 0.0))
+        found.append(room - float(beside(each, now).min()))
+    return max(found, default=None)
+
+
 def measured(body: Body, limits: Limits, chord: float = CHORD) -> dict[str, float | None]:
-    """The values of the limits of a body, the least determinant, and how far samples are from the STL file."""
+    """The values of the limits of a body alone, the least determinant, and how far samples are from the STL file."""
     samples = [sampled(surface) for surface in body.surfaces]
     surfaces = closed_surfaces(body, chord)
     if len(surfaces) != len(samples):
@@ -295,9 +347,9 @@ def measured(body: Body, limits: Limits, chord: float = CHORD) -> dict[str, floa
 def worse(found: dict[str, float | None], claimed: dict[str, float | None], chord: float = CHORD) -> Iterator[str]:
     """What of a design is worse than in the history."""
     deviation = chord + SINGLE
-    slack = {"wall_mm": 2.0 * deviation, "envelope_mm": deviation}
+    slack = {"wall_mm": 2.0 * deviation, "envelope_mm": deviation, "obstacles_mm": deviation}
     for key, sign in SIGN.items():
-        claim, value = claimed.get(key), found[key]
+        claim, value = claimed.get(key), found.get(key)
         if claim is None or value is None:
             continue
         if (claim - value) * sign > slack.get(key, 0.0) + ROUNDING * abs(claim):
@@ -321,8 +373,12 @@ def main(folder: Path) -> int:
     print(f"{folder}: measured value (value in the history)")
     print("design", *(f"{key:>22s}" for key in SIGN), "  least determinant")
     bad = 0
+    start = np.concatenate([sampled(surface).now for surface in body_of(problem).surfaces])
     for entry in entries:
-        found = measured(stored.load_design(entry.iteration).body(problem), problem.limits)
+        body = stored.load_design(entry.iteration).body(problem)
+        found = measured(body, problem.limits)
+        now = np.concatenate([sampled(surface).now for surface in body.surfaces])
+        found["obstacles_mm"] = reach(start, now, problem.obstacle, problem.contact_distance)
         claimed = {key: entry.limits.get(key) for key in SIGN}
         wrong = list(worse(found, claimed))
         bad += bool(wrong)

@@ -22,10 +22,17 @@ SERIES = (
     'radius = "4 mm"\ncenter = ["0 mm", "0 mm"]\nspan = ["3 mm", "11.5 mm"]\nends = "pole"\n'
     '[[body.chamber]]\nname = "B"\nradius = "3 mm"\ncenter = ["1 mm", "0.5 mm"]\nspan = ["13.6 mm", "21.2 mm"]\n',
 )
+DOMED = (
+    SERIES[0],
+    'radius = "4 mm"\ncenter = ["0.5 mm", "0 mm"]\nspan = ["3 mm", "20 mm"]\nends = "pole"\n',
+)
 BODIES = {
     "one chamber": tiny(control_density='"0.3 /mm"\nripple = { amplitude = "0.3 mm", period = "12 mm" }'),
     "a flat end before a pole": tiny(control_density='"0.5 /mm"').replace(*SERIES)
     + '[limits]\ncurvature = "9 /mm^2"\n',
+    "a domed tip": tiny(control_density='"0.4 /mm"')
+    .replace("[[body.chamber]]", '[body.dome]\nplate = "3.5 mm"\n[[body.chamber]]')
+    .replace(*DOMED),
 }
 
 

@@ -6,11 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
+from scipy.spatial import ConvexHull
 from solids import box, problem, written
 
 from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.limits.obstacles import region_of
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.problem import loads
+from pneumorph.problem.contact import ObstacleSpec
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 LIMITS = """
@@ -113,3 +117,44 @@ def test_distances_of_triangles(recheck):
         exact = recheck.apart(one[None], other[None])
         assert exact <= sampled + 1e-12
         assert exact == pytest.approx(sampled, abs=0.1)
+
+
+OBSTACLES = {
+    "plane": {"point": ["0 mm", "0 mm", "2 mm"], "normal": [0, 0.6, 0.8]},
+    "sphere": {"radius": "3 mm", "center": ["1 mm", "0 mm", "-1 mm"]},
+    "cylinder": {"radius": "2 mm", "length": "5 mm", "center": ["0 mm", "1 mm", "0 mm"], "axis": [0.6, 0, 0.8]},
+    "box": {"size": ["3 mm", "4 mm", "5 mm"], "center": ["1 mm", "1 mm", "0 mm"]},
+}
+
+
+@pytest.mark.parametrize("kind", OBSTACLES)
+def test_distances_from_obstacles_are_those_of_the_limit(recheck, kind):
+    spec = TypeAdapter(ObstacleSpec).validate_python({"name": "it", "kind": kind} | OBSTACLES[kind])
+    points = np.random.default_rng(0).uniform(-8.0, 8.0, (400, 3))
+    found, known = recheck.beside(spec, points), region_of(spec).beyond(points)
+    # Beside edges the limit may be too small a distance, never too large a one.
+    assert np.all(known <= found + 1e-9)
+    near = np.abs(known - found) < 1e-9
+    assert near.all() if kind in ("plane", "sphere") else near.mean() > 0.1
+    assert np.array_equal(found < 0.0, known < 0.0)
+
+
+def test_distances_from_triangles_are_signed(recheck):
+    """Of a cube in twelve triangles, as of the box that it is."""
+    corners = np.array([[x, y, z] for x in (-2.0, 2.0) for y in (-2.0, 2.0) for z in (-2.0, 2.0)])
+    triangles = ConvexHull(corners).simplices
+    outwards = np.einsum("td,td->t", np.cross(*np.moveaxis(np.diff(corners[triangles], axis=1), 1, 0)),
+                         corners[triangles].mean(axis=1)) > 0  # fmt: skip
+    triangles[~outwards] = triangles[~outwards][:, ::-1]
+    points = np.random.default_rng(1).uniform(-4.0, 4.0, (300, 3))
+    beyond = np.abs(points) - 2.0
+    exact = np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0)
+    np.testing.assert_allclose(recheck._beside_triangles(corners[triangles], points), exact, atol=1e-9)
+
+
+def test_reach_is_into_half_of_what_the_start_leaves(recheck):
+    ball = TypeAdapter(ObstacleSpec).validate_python({"name": "it", "kind": "sphere"} | OBSTACLES["sphere"])
+    start, now = np.array([[5.0, 0.0, -1.0], [9.0, 0.0, 0.0]]), np.array([[4.3, 0.0, -1.0]])
+    assert recheck.reach(start, now, [ball], 0.4) == pytest.approx(0.2 - 0.3)
+    assert recheck.reach(start, now, [ball], 3.0) == pytest.approx(0.5 - 0.3)
+    assert recheck.reach(start, now, [], 0.4) is None

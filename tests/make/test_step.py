@@ -8,7 +8,10 @@ import pytest
 from netgen.occ import OCCGeometry
 from scipy.interpolate import BSpline
 
+from pneumorph.geometry.starting import body_of
 from pneumorph.geometry.tube.surface import enclosed_volume
+from pneumorph.interface.design import starting_design
+from pneumorph.problem import loads
 
 make = pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 from pneumorph.make.patches import ALONG, patches  # noqa: E402
@@ -91,3 +94,61 @@ def test_both_releases_of_opencascade_in_one_process(bodies, tmp_path):
         [sys.executable, "-c", SECOND_LIBRARY.format(path=path)], capture_output=True, encoding="utf-8"
     )
     assert (done.returncode, done.stdout) == (0, "2\n"), done.stderr
+
+
+DOMED = """
+[material]
+model = "neo-hookean"
+shear_modulus = "0.15 MPa"
+bulk_modulus = "1.5 MPa"
+density = "1.1 g/cm^3"
+{body}
+symmetry = {{ mirror = ["xz"] }}
+[[body.chamber]]
+name = "A"
+{chamber}
+[end_effector]
+kind = "plate"
+[[task]]
+name = "bend"
+pressure = {{ A = "30 kPa" }}
+objective = {{ kind = "maximize", motion = "bending_y" }}
+[mesh]
+size = "1.3 mm"
+"""
+TUBE = {
+    "body": '[body]\n{axis}\nradius = "8 mm"\ncontrol_density = "0.4 /mm"\ndome = {{ plate = "3 mm" }}',
+    "chamber": 'radius = "4 mm"\ncenter = ["1.5 mm", "0 mm"]\nspan = ["4 mm", "20 mm"]\nends = "pole"',
+}
+STEP = {
+    "body": '[body]\nfile = "domed.step"\ntip = { name = "tip" }',
+    "chamber": 'inside = ["1.5 mm", "0 mm", "8 mm"]',
+}
+AXES = {"straight": 'length = "26 mm"', "bent": 'axis = [{ length = "26 mm", bend = "50 deg" }]'}
+
+
+@pytest.fixture(params=AXES)
+def domed(request, tmp_path):
+    """The problem of a tube with a dome, and that of its STEP file."""
+    tube = loads(DOMED.format(**TUBE | {"body": TUBE["body"].format(axis=AXES[request.param])}))
+    make.write_body_step(body_of(tube), tmp_path / "domed.step")
+    return tube, loads(DOMED.format(**STEP), folder=tmp_path)
+
+
+def test_what_is_bonded_of_a_dome_is_a_face_that_is_named(domed):
+    tube, file = domed
+    # The outline of the file has large triangles, which are flatter than the cap.
+    np.testing.assert_allclose(file.body.ends, tube.body.ends, atol=0.05)
+    tip = file.body.outline.triangles[file.body.parts.triangles["tip"]]
+    points = file.body.outline.points[np.unique(tip[:, :3])]
+    place, along = tube.body.farthest[1], np.array(body_of(tube).exterior.directions[1])
+    heights = (points - place) @ along
+    assert heights.max() == pytest.approx(0.0, abs=1e-6)
+    assert np.linalg.norm(points - place - heights[:, None] * along, axis=1).max() == pytest.approx(3.0, abs=0.01)
+
+
+@pytest.mark.slow
+def test_a_domed_tube_moves_like_its_file(domed):
+    moved = [starting_design(each).simulate().steps[0] for each in domed]
+    one, other = (np.array(each.translation) for each in moved)
+    assert np.linalg.norm(one - other) < 3e-3 * np.linalg.norm(one)

@@ -4,21 +4,23 @@
 # OCP has no stubs: neither its names nor its types are known.
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from OCP.BRep import BRep_Builder
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.collections import Array1_double, Array1_int, Array2_gp_Pnt
 from OCP.Geom import Geom_BSplineSurface, Geom_Curve, Geom_Plane
 from OCP.Geom2d import Geom2d_Line
 from OCP.gp import gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
+from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.make.patches import Patch, patches
+from pneumorph.make.patches import SAME, Patch, patches
 
 # mm, the default of OpenCASCADE; points that should coincide differ by rounding, which is eight orders smaller.
 _TOLERANCE = 1e-7
@@ -40,6 +42,20 @@ def solid(surfaces: Iterable[TubeSurface]) -> TopoDS_Solid:
     for surface in surfaces:
         _BUILDER.Add(made, _shell(surface))
     return made
+
+
+def bonded_faces(made: TopoDS_Solid, exterior: TubeSurface) -> Iterator[TopoDS_Face]:
+    """The faces of what is bonded to the plate at a tip that is a dome, of the solid of a body with this exterior."""
+    if exterior.bonded == 1.0:
+        return
+    shell = TopExp_Explorer(made, TopAbs_ShapeEnum.TopAbs_SHELL).Current()
+    faces = TopExp_Explorer(shell, TopAbs_ShapeEnum.TopAbs_FACE)
+    while faces.More():
+        face = TopoDS.Face(faces.Current())
+        surface = BRep_Tool.Surface_s(face)
+        if isinstance(surface, Geom_BSplineSurface) and surface.Bounds()[2] > exterior.bonded - SAME:
+            yield face
+        faces.Next()
 
 
 def fill_chamber(chamber: TubeSurface) -> TubeSurface:

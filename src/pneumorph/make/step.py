@@ -4,12 +4,14 @@
 # OCP has no stubs: neither its names nor its types are known.
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
 from OCP.BRep import BRep_Builder
 from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.Interface import Interface_Static
 from OCP.Message import Message
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType
@@ -22,7 +24,7 @@ from OCP.XCAFDoc import XCAFDoc_DocumentTool
 from pneumorph import __version__
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube.surface import TubeSurface
-from pneumorph.make.solid import fill_chamber, solid
+from pneumorph.make.solid import bonded_faces, fill_chamber, solid
 
 # Otherwise OpenCASCADE prints messages for every file it writes.
 Message.DefaultMessenger_s().ChangePrinters().Clear()
@@ -31,7 +33,8 @@ Message.DefaultMessenger_s().ChangePrinters().Clear()
 def write_body_step(body: Body, path: Path) -> None:
     """Write a body as one solid named "body", its chambers as inner shells.
 
-    The faces are the body's cubic B-splines, cut at knots, and planes; nothing is approximated.
+    The faces are the body's cubic B-splines, cut at knots, and planes; nothing is approximated. Where the tip is a
+    dome, what is bonded to the plate is faces of its own, named "tip".
 
     Parameters
     ----------
@@ -45,7 +48,8 @@ def write_body_step(body: Body, path: Path) -> None:
     OSError
         If the file cannot be written.
     """
-    write_step({"body": solid(body.surfaces)}, path)
+    made = solid(body.surfaces)
+    write_step({"body": made}, path, faces={"tip": list(bonded_faces(made, body.exterior))})
 
 
 def write_chamber_step(chamber: TubeSurface, path: Path) -> None:
@@ -80,7 +84,12 @@ def read_step(path: Path) -> TopoDS_Shape:
     return reader.OneShape()
 
 
-def write_step(shapes: Mapping[str, TopoDS_Shape], path: Path, together: str = "") -> None:
+def write_step(
+    shapes: Mapping[str, TopoDS_Shape],
+    path: Path,
+    together: str = "",
+    faces: Mapping[str, Sequence[TopoDS_Shape]] = MappingProxyType({}),
+) -> None:
     """Write named shapes at their places, in mm.
 
     Parameters
@@ -89,6 +98,8 @@ def write_step(shapes: Mapping[str, TopoDS_Shape], path: Path, together: str = "
     path : Path
     together : str
         Name of what they are parts of: some programs read only the first of shapes that are parts of nothing.
+    faces : mapping of str to sequences of TopoDS_Shape
+        Faces of the first shape that have a name in the file.
 
     Raises
     ------
@@ -107,7 +118,13 @@ def write_step(shapes: Mapping[str, TopoDS_Shape], path: Path, together: str = "
     for name, shape in shapes.items():
         label = tool.FindShape(shape, False) if together else tool.AddShape(shape, False)
         TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
+    first = tool.FindShape(next(iter(shapes.values())), False)
+    for name, own in faces.items():
+        for face in own:
+            TDataStd_Name.Set_s(tool.AddSubShape(first, face), TCollection_ExtendedString(name))
     writer = STEPCAFControl_Writer()
+    # Of writers made so far: it is a setting of OpenCASCADE, which the first one makes.
+    Interface_Static.SetIVal_s("write.stepcaf.subshapes.name", 1)
     writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
     header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
     header.SetName(TCollection_HAsciiString(", ".join(shapes)))

@@ -110,7 +110,7 @@ def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
 def local_frame(meridian, r, functions):
     """Write the parts (4, 3, 4) of the frame at r that are nonzero; returns their first row of the net, S and dS/dr.
 
-    They are for components of the turned net. `functions` has, for U, r_r, U_r and r_rr and each component, the factors of four successive rows of the net.
+    `functions` has, for U, r_r, U_r and r_rr and each component, the factors of four successive rows of the turned net.
     """
     spans, r = len(meridian.pieces), min(max(r, 0.0), 1.0)
     span = min(int(r * spans), spans - 1)
