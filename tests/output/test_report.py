@@ -28,7 +28,7 @@ from pneumorph.output.packed import Steps, in_parts, in_steps, pack, unpack
 from pneumorph.output.report import facts_and_shapes, page_of, write_report
 from pneumorph.output.report_data import facts_of
 from pneumorph.output.report_limits import MOST, packed_usage
-from pneumorph.output.report_shapes import packed_states
+from pneumorph.output.report_shapes import _changes, packed_states
 from pneumorph.problem import load, loads
 from pneumorph.results import Fields, FineResult, nodal_stretch, unpack_fields
 from pneumorph.run import StoredDesign, create, open_run
@@ -199,7 +199,7 @@ def test_what_more_rubber_does_is_stored_and_told(problem, fields, run):
     np.testing.assert_allclose(back, known, rtol=1e-6, atol=1e-9)
     states, arrays, _ = packed_states(run, run.history())
     assert "thickening" not in states[0]["tasks"][0]
-    told = states[-1]["tasks"][0]["thickening"]
+    (told,) = states[-1]["tasks"][0]["thickening"]
     assert told["words"].startswith("Extension") and told["words"].endswith(", mm")
     packed = arrays[told["name"]]
     skin = fields.whole().skin
@@ -207,6 +207,19 @@ def test_what_more_rubber_does_is_stored_and_told(problem, fields, run):
     assert packed.values.min() * packed.step == pytest.approx(10.0 * known[skin].min(), rel=1e-3)
     symmetric = tiny().replace("[[body.chamber]]", 'symmetry = { mirror = ["xz", "yz"] }\n[[body.chamber]]')
     assert layer(fields) == pytest.approx(layer(analysed(loads(symmetric), 0.3).whole()), rel=0.03)
+
+
+def test_every_motion_of_a_task_has_its_change(fields):
+    both = tiny().replace(
+        'kind = "maximize", motion = "extension"', 'kind = "motion", extension = "1 mm", bending_y = "2 deg"'
+    )
+    known = fields.thickening["extend"]["extension"]
+    stored = replace(fields, thickening={"extend": {"extension": known, "bending_y": 2.0 * known}})
+    (changes,) = _changes(loads(both), stored).values()
+    assert [each.words.rpartition(", ")[2] for each in changes] == ["mm", "°"]
+    assert len({each.motion for each in changes}) == 2
+    one, other = (each.values for each in changes)
+    np.testing.assert_allclose(other, np.degrees(2.0 * one))
 
 
 @pytest.mark.slow

@@ -58,9 +58,9 @@ export class Ranges {
 }
 
 // The values of a mode on a shape, the name of their range, and words for the scale where they are not the mode's own.
-export function valued(mode, shape, shapes, ranges, task) {
+export function valued(mode, shape, shapes, ranges, task, motion) {
   const count = shape.positions.length / 3;
-  const rubber = mode === "rubber" ? shapes.thickening(shape, task) : null;
+  const rubber = mode === "rubber" ? shapes.thickening(shape, task, motion) : null;
   const name = mode === "displacement" && !shape.stretch ? "change" : mode;
   const fields = {
     thickness: () => shapes.thickness(shape, ranges.most),

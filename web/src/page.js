@@ -22,7 +22,7 @@ export class RunPage {
   shown; // called after every change of what is shown
 
   constructor() {
-    this.state = { design: 0, task: "", stop: 0, mode: "" };
+    this.state = { design: 0, task: "", stop: 0, mode: "", motion: "" };
     this.designs = new Player(byId("design"), byId("play-designs"), 220, (design) => this.choose({ design }));
     this.pressures = new Player(byId("stop"), byId("play-pressures"), 320, (stop) => this.choose({ stop }));
     this.view = makeView(() => `${this.facts.directory}.png`);
@@ -33,6 +33,7 @@ export class RunPage {
     byId("task").addEventListener("change", (event) => this.choose({ task: event.target.value }));
     byId("mode").append(...Object.entries(MODES).map(([key, { option }]) => element("option", { value: key }, option)));
     byId("mode").addEventListener("change", (event) => this.choose({ mode: event.target.value }));
+    byId("motion").addEventListener("change", (event) => this.choose({ motion: event.target.value }));
     for (const name of ["ghost", "marks"]) byId(name).addEventListener("change", () => this.show());
     byId("view").addEventListener("pointermove", (event) => {
       if (!event.buttons) this.#point(event.clientX, event.clientY);
@@ -86,6 +87,15 @@ export class RunPage {
     byId("mode").value = this.state.mode;
   }
 
+  // Which motion the colour of added rubber is about, where a task is about several.
+  #motions() {
+    const { state, shapes } = this;
+    const motions = state.mode === "rubber" ? shapes.motions(state.design, state.task).map(({ motion }) => motion) : [];
+    byId("motions").hidden = motions.length < 2;
+    byId("motion").replaceChildren(...motions.map((motion) => element("option", { value: motion }, motion)));
+    byId("motion").value = motions.includes(state.motion) ? state.motion : (motions[0] ?? "");
+  }
+
   choose(changes) {
     const { state, shapes } = this;
     const before = shapes.stops(state.design, state.task).length - 1;
@@ -108,7 +118,7 @@ export class RunPage {
     const shape = free ? free.shape : stop ? shapes.moved(state.design, stop) : shapes.atRest(state.design);
     const whole = stop !== undefined && state.stop === stops.length - 1;
     if (view) {
-      const { values, name, words } = valued(state.mode, shape, shapes, this.ranges, state.task);
+      const { values, name, words } = valued(state.mode, shape, shapes, this.ranges, state.task, state.motion);
       const range = this.ranges.of(name, values);
       const colours = painted(values, range, MODES[state.mode].stops);
       view.show(shape, colours, byId("ghost").checked ? this.#ghost() : null, stop || free ? state.task : "", whole ? entry.tasks[state.task] : null, byId("marks").checked);
@@ -117,6 +127,7 @@ export class RunPage {
       showLegend(byId("legend"), state.mode, range, words ?? MODES[state.mode].word);
     }
     byId("task").value = state.task;
+    this.#motions();
     byId("inflation").hidden = exploring;
     this.designs.show(state.design, this.last, `${entry.iteration} of ${facts.history[this.last].iteration}`);
     this.pressures.show(state.stop, stops.length - 1, stop ? pressureWords(stop.pressures) : "at rest");

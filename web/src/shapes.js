@@ -82,12 +82,17 @@ export class Shapes {
     });
   }
 
-  // What more rubber at the vertices of a shape does to the motion of a task, or of the first one that has it stored, and
-  // words for that; null where there is none.
-  thickening(shape, task) {
+  // The motions of a task, or of the first one that has some stored, of which it is stored what more rubber does to them.
+  motions(design, task) {
+    const all = this.#stored(design)?.tasks.filter(({ thickening }) => thickening) ?? [];
+    return (all.find((each) => each.task === task) ?? all[0])?.thickening ?? [];
+  }
+
+  // What more rubber at the vertices of a shape does to one of these motions, and words for that; null where there is none.
+  thickening(shape, task, motion) {
     const stored = this.#stored(shape.design);
-    const all = stored?.tasks.filter(({ thickening }) => thickening) ?? [];
-    const { thickening } = all.find((each) => each.task === task) ?? all[0] ?? {};
+    const motions = this.motions(shape.design, task);
+    const thickening = motions.find((each) => each.motion === motion) ?? motions[0];
     if (!thickening) return null;
     return this.#once(`${thickening.name} ${shape.skin}`, () => {
       const values = this.packed.array(thickening.name);

@@ -143,22 +143,24 @@ def packed_states(
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """What `PATCH` of rubber at every node (N,) does to a motion, with words that have its unit."""
+    """What `PATCH` of rubber at every node (N,) does to a motion, its name, and words that have its unit."""
 
+    motion: str
     words: str
     values: np.ndarray
 
 
-def _changes(problem: Problem, fields: Fields) -> dict[str, Change]:
-    """Of the first motion of the tip that every task is about, where it is stored."""
-    found = {}
+def _changes(problem: Problem, fields: Fields) -> dict[str, list[Change]]:
+    """Of the motions of the tip that every task is about, where they are stored."""
+    found: dict[str, list[Change]] = {}
     for task in problem.task:
-        for motion, sign in list(task.objective.tip_motions.items())[:1]:
+        for motion, sign in task.objective.tip_motions.items():
             if motion in fields.thickening.get(task.name, {}):
                 unit, size = ("°", float(np.degrees(1.0))) if is_turn(motion) else ("mm", 1.0)
                 word = motion_word(motion, sign)
                 words = f"{word[0].upper()}{word[1:]}: change by 0.1 mm more rubber on 1 cm², {unit}"
-                found[task.name] = Change(words, sign * size * PATCH * fields.thickening[task.name][motion])
+                values = sign * size * PATCH * fields.thickening[task.name][motion]
+                found.setdefault(task.name, []).append(Change(word, words, values))
     return found
 
 
@@ -225,7 +227,11 @@ def _thinned(stops: list[Stop], part: float) -> list[Stop]:
 
 
 def _packed_design(
-    number: int, fields: Fields, by_task: Mapping[str, list[Stop]], corners: bool, changes: Mapping[str, Change]
+    number: int,
+    fields: Fields,
+    by_task: Mapping[str, list[Stop]],
+    corners: bool,
+    changes: Mapping[str, Sequence[Change]],
 ) -> tuple[dict[str, Any], Arrays]:
     skin, step = _skin(fields, corners), min(MICROMETRE, 1e-4 * float(np.ptp(fields.mesh.points, axis=0).max()))
     arrays = {
@@ -242,10 +248,11 @@ def _packed_design(
             arrays[f"stretch {name}"] = in_steps(stop.stretch[skin.nodes], 1e-3)
             told.append({"pressures": dict(stop.pressures), "name": name, "obstacles": dict(stop.obstacles)})
         tasks.append({"task": task, "stops": told})
-        if task in changes:
-            name = f"thickening {number} {task}"
-            arrays[name] = in_parts(changes[task].values[skin.nodes])
-            tasks[-1]["thickening"] = {"name": name, "words": changes[task].words}
+        for place, change in enumerate(changes.get(task, ())):
+            name = f"thickening {number} {place} {task}"
+            arrays[name] = in_parts(change.values[skin.nodes])
+            words = {"name": name, "motion": change.motion, "words": change.words}
+            tasks[-1].setdefault("thickening", []).append(words)
     return {"design": number, "parts": skin.parts, "tasks": tasks}, arrays
 
 
