@@ -3,6 +3,7 @@
 import csv
 import json
 
+import numpy as np
 import pytest
 
 RELAXING = 'relaxation = [{ share = 0.3, time = "5 s" }]\nsoftening = { r = 2.0, m = "5 kPa" }'
@@ -44,6 +45,34 @@ def test_cycles_of_elastic_rubber_lose_nothing(run, tiny, tmp_path):
     assert stored["steps"][0].get("time_s") is None
 
 
+def test_a_held_stretch_relaxes_as_the_prony_series(run, tiny, tmp_path):
+    """All stress of incompressible rubber that is stretched at once and held falls by the same factor; so do forces."""
+    tiny.write_text(tiny.read_text(encoding="utf-8").replace("Hei-Cast 8400", "Dragon Skin 30"))
+    keys = 'relaxation = [{ share = 0.3, time = "5 s" }, { share = 0.2, time = "40 s" }]'
+    pulled = ("--pressure", "A=0kPa", "--block", "axial=0:2:2mm", "--rate", "1e6mm/s", "--hold", "20s")
+    result = run("simulate", remembering(tiny, keys), *pulled, "--json", tmp_path / "s.json")
+    assert result.exit_code == 0, result.output
+    steps = json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))["steps"]
+    times = np.array([step["time_s"] for step in steps[1:]])
+    forces = np.array([step["reaction"]["axial"] for step in steps[1:]])
+    assert times[-1] == pytest.approx(20.0, rel=1e-4) and len(times) == 6
+    series = 1 - 0.3 * (1 - np.exp(-times / 5)) - 0.2 * (1 - np.exp(-times / 40))
+    np.testing.assert_allclose(forces / forces[0], series / series[0], rtol=1e-3)
+
+
+def test_loads_stay_at_both_ends_of_a_cycle(run, tiny, tmp_path):
+    swept = ("--pressure", "A=0:40:40kPa", "--rate", "10kPa/s", "--cycles", "2", "--hold", "31s")
+    result = run("simulate", remembering(tiny), *swept, "--json", tmp_path / "s.json")
+    assert result.exit_code == 0, result.output
+    stored = json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))
+    steps, end = stored["steps"], [5.0, 7.0, 11.0, 19.0, 35.0]
+    at_top = [step["time_s"] for step in steps if step["pressure_MPa"]["A"]]
+    assert at_top == pytest.approx([4.0, *end, 74.0, *(70.0 + each for each in end)])
+    volumes = [step["volume_mm3"]["A"] for step in steps]
+    assert volumes[1:7] == sorted(volumes[1:7]), "it creeps while the pressure is held"
+    assert len(stored["cycles"]) == 2
+
+
 def test_a_sweep_one_way_has_no_cycles(run, tiny, tmp_path):
     result = run("simulate", tiny, "--pressure", "A=0:40:20kPa", "--json", tmp_path / "s.json")
     assert result.exit_code == 0, result.output
@@ -59,6 +88,9 @@ SWEEP = ("--pressure", "A=0:60:30kPa")
     [
         ("", (*SWEEP, "--rate", "2kPa/s"), "rate 2kPa/s", "relaxation"),
         (RELAXING, (*SWEEP, "--cycles", "2"), "cycles 2", "add a rate"),
+        (RELAXING, (*SWEEP, "--hold", "2s"), "hold 2s", "add a rate"),
+        ("", (*SWEEP, "--hold", "2s"), "hold 2s", "relaxation"),
+        (RELAXING, (*SWEEP, "--rate", "2kPa/s", "--hold", "2mm"), "hold", "10 s"),
         (RELAXING, ("--rate", "2kPa/s"), "rate 2kPa/s", "nothing is swept"),
         (RELAXING, (*SWEEP, "--rate", "2kPa"), "rate", "kPa/s"),
         (RELAXING, (*SWEEP, "--rate", "-2kPa/s"), "rate", "above zero"),

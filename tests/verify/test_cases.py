@@ -5,7 +5,19 @@ import pytest
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import neo_hookean_rubber
-from pneumorph.verify import beams, cases, contact, element, homogeneous, inflation, radial, rubbers, work, wound
+from pneumorph.verify import (
+    beams,
+    cases,
+    contact,
+    element,
+    homogeneous,
+    inflation,
+    memory,
+    radial,
+    rubbers,
+    work,
+    wound,
+)
 from pneumorph.verify.verdict import absolute, at_least, relative
 
 
@@ -26,6 +38,9 @@ from pneumorph.verify.verdict import absolute, at_least, relative
         beams.elastica_reference,
         lambda: work.energy_balance(8.0),
         lambda: work.blocked_force(8.0),
+        memory.held,
+        lambda: memory.cycled(30, 2e-3),
+        memory.softened,
         contact.patch_test,
         lambda: contact.hertz((4, 3), 0.05),
         lambda: contact.energy_balance(8.0),

@@ -20,12 +20,15 @@ from pneumorph.results.records import Cycle, SweepStep
 
 MOST_CYCLES = 1000
 
+PARTS = tuple(2.0**k / 31.0 for k in range(5))
+"""Of a holding time: each step takes twice as long as the one before, as what relaxes does so ever more slowly."""
+
 Durations = list[list[float]]
 """Of every step of every path, s."""
 
 
 def timed_paths(
-    problem: Problem, paths: Sequence[PressurePath], rate: Any, cycles: int | None
+    problem: Problem, paths: Sequence[PressurePath], rate: Any, cycles: int | None, hold: Any = None
 ) -> tuple[list[PressurePath], Durations | None]:
     """The paths with their cycles, and the durations of their steps if a rubber remembers what was before them.
 
@@ -40,60 +43,71 @@ def timed_paths(
         Of the first that is swept.
     cycles : int, optional
         How often the path is gone there and back.
+    hold : "10 s" or a pint quantity, optional
+        How long loads stay at the end of the path, or at both ends of every cycle, in steps of `PARTS`.
 
     Raises
     ------
     ProblemError
-        If there is no sweep, no rubber relaxes with a rate, or one does without.
+        If there is no sweep, no rubber relaxes with a rate or a holding time, or one does without a rate.
     """
-    if rate is None and cycles is None:
+    given = {"rate": rate, "hold": hold, "cycles": cycles}
+    key = next((f"{name} {value}" for name, value in given.items() if value is not None), None)
+    if key is None:
         return list(paths), None
-    key = f"rate {rate}" if rate is not None else f"cycles {cycles}"
     rubbers = materials(problem).values()
     relaxes = any(rubber.relaxation for rubber in rubbers)
     if not all(path.swept for path in paths):
         raise ProblemError(f"{key}: nothing is swept; sweep e.g. the pressure A=0:60:5kPa")
     if cycles is not None and not 1 <= cycles <= MOST_CYCLES:
         raise ProblemError(f"cycles {cycles}: is not between 1 and {MOST_CYCLES}; use e.g. 3")
-    if rate is not None and not relaxes:
+    if not relaxes and (rate is not None or hold is not None):
         raise ProblemError(
             f"{key}: no rubber of the problem relaxes, so that time changes nothing; add to [material] e.g. "
-            'relaxation = [{ share = 0.1, time = "10 s" }], or leave the rate out'
+            'relaxation = [{ share = 0.1, time = "10 s" }], or leave it out'
         )
     if rate is None and relaxes:
         raise ProblemError(f"{key}: a rubber of the problem relaxes, so time matters; add a rate, e.g. 2kPa/s")
-    gone = [path if cycles is None else _cycled(path, cycles) for path in paths]
+    pause = 0.0 if hold is None else units.parse_positive("hold", units.text_of(hold), units.TIME)
+    gone = [_gone(path, cycles, pause) for path in paths]
     if not any(rubber.remembers for rubber in rubbers):
-        return gone, None
-    return gone, [_durations(path, rate) for path in gone]
+        return [path for path, _ in gone], None
+    return [path for path, _ in gone], [_durations(path, rate, pauses) for path, pauses in gone]
 
 
-def _cycled(path: PressurePath, cycles: int) -> PressurePath:
-    last = len(path.steps) - 1
-    there_and_back = [*range(1, last + 1), *range(last - 1, -1, -1)]
-    order = [0, *there_and_back * cycles]
+def _gone(path: PressurePath, cycles: int | None, pause: float) -> tuple[PressurePath, list[float]]:
+    """A path with its cycles and with pauses in s, and how long loads have stayed at every step."""
+    last, parts = len(path.steps) - 1, [pause * part for part in PARTS] if pause else []
+
+    def leg(numbers: range, end: int) -> list[tuple[int, float]]:
+        return [*((number, 0.0) for number in numbers), *((end, part) for part in parts)]
+
+    there = leg(range(1, last + 1), last)
+    cycle = there if cycles is None else [*there, *leg(range(last - 1, -1, -1), 0)]
+    order, pauses = zip((0, 0.0), *(cycle * (cycles or 1)), strict=True)
 
     def of(steps: list[dict[str, float]]) -> list[dict[str, float]]:
         return [steps[number] for number in order]
 
-    return replace(
+    gone = replace(
         path,
         steps=of(path.steps),
         moves=of(path.moves),
         holds=of(path.holds),
         volumes=of(path.volumes),
-        per_cycle=len(there_and_back),
+        per_cycle=0 if cycles is None else len(cycle),
     )
+    return gone, list(pauses)
 
 
-def _durations(path: PressurePath, rate: Any) -> list[float]:
+def _durations(path: PressurePath, rate: Any, pauses: Sequence[float]) -> list[float]:
     """Infinite for the first step; zero without a rate, where nothing relaxes."""
     first = path.swept[0]
     values = np.array(
         [_value(first, *each) for each in zip(path.steps, path.moves, path.holds, path.volumes, strict=True)]
     )
     speed = inf if rate is None else units.parse_positive("rate", units.text_of(rate), _kind_of_rate(first, path))
-    return [inf, *(float(change) / speed for change in np.abs(np.diff(values)))]
+    return [inf, *(float(each) for each in np.abs(np.diff(values)) / speed + np.array(pauses[1:]))]
 
 
 def _kind_of_rate(name: str, path: PressurePath) -> units.Kind:

@@ -313,6 +313,7 @@ def prepare_simulation(
     along: str | None = None,
     rate: Any = None,
     cycles: int | None = None,
+    hold: Any = None,
 ) -> Simulation:
     """Mesh a body, or a part of it where symmetry allows that, for sweeps.
 
@@ -332,6 +333,7 @@ def prepare_simulation(
     along : a direction, "x", "-z" or "1,0,1", in which the tip is blocked at every step too, and its force found.
     rate : "2 kPa/s" or a pint quantity, of the first that is swept.
     cycles : how often sweeps go there and back.
+    hold : "10 s" or a pint quantity, how long loads stay at the end of a sweep, or at both ends of every cycle.
 
     Raises
     ------
@@ -345,7 +347,7 @@ def prepare_simulation(
     if block and problem.end_effector.kind == "free":
         raise ProblemError('block: a free tip has no plate to hold; set kind = "plate" in [end_effector]')
     one_way = pressure_paths(given, tuple(chambers), one_by_one, moves, obstacles, block, volumes)
-    paths, durations = timed_paths(problem, one_way, rate, cycles)
+    paths, durations = timed_paths(problem, one_way, rate, cycles, hold)
     unknown = {*(volumes or {}), *sealed(problem), *(name for task in problem.task for name in task.volumes)}
     for name in sealed(problem):
         if name in given or name in (volumes or {}):

@@ -38,6 +38,7 @@ def simulate(
     friction: float | None,
     rate: str | None,
     cycles: int | None,
+    hold: str | None,
     one_by_one: bool,
     block: list[str],
     stiffness: bool,
@@ -66,6 +67,8 @@ def simulate(
         Of the first that is swept, "2kPa/s".
     cycles : int or None
         How often sweeps go there and back.
+    hold : str or None
+        How long loads stay at the ends of sweeps, "10s".
     one_by_one : bool
         Whether chambers are swept one after another.
     block : list of str
@@ -106,7 +109,7 @@ def simulate(
     for option, path in files.items():
         for folder in made_folders(option, path):
             console.print(Text(f"the folder {folder} is made for {path.name if path else ''}"), soft_wrap=True)
-    options = moved, friction, filled, stiffness, along, rate, cycles
+    options = moved, friction, filled, stiffness, along, rate, cycles, hold
     simulation = design.prepare_simulation(given, block, one_by_one, task, *options)
     if files["--png"] is not None and not simulation.paths[0].swept:
         raise ProblemError("--png: there is no sweep to draw; add e.g. --pressure A=0:60:5kPa")

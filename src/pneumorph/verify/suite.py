@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from functools import partial
 
-from pneumorph.verify import beams, contact, element, homogeneous, inflation, ring, rubbers, solvers, work, wound
+from pneumorph.verify import (
+    beams,
+    contact,
+    element,
+    homogeneous,
+    inflation,
+    memory,
+    ring,
+    rubbers,
+    solvers,
+    work,
+    wound,
+)
 from pneumorph.verify.actuator import bellows, linear_actuator, several_rubbers
 from pneumorph.verify.verdict import Case
 
@@ -35,6 +47,11 @@ def cases() -> tuple[Case, ...]:
         Case("cantilever under a force", beams.force, "Euler's elastica, by SciPy's collocation to 1e-9"),
         Case("energy balance", work.energy_balance, "first law: ∫p dV by Gauss quadrature with six points"),
         Case("blocked force and springs", work.blocked_force, "first law: ∫d dF by Gauss quadrature with six points"),
+        Case("relaxation, held stretch", memory.held, "Prony series times the elastic stress (Simo 1987)"),
+        Case(
+            "relaxation, cycles", memory.cycled, "hereditary integral of an incompressible pull, by adaptive quadrature"
+        ),
+        Case("softening, cycles", memory.softened, "Ogden and Roxburgh 1999, of an incompressible pull"),
         Case("contact, patch test", contact.patch_test, "a homogeneous state with the stress of uniaxial tension"),
         Case("contact, sphere on plane", contact.hertz, "Hertz (Johnson 1985, ch. 4)"),
         Case("contact, energy balance", contact.energy_balance, "first law: ∫p dV by Gauss quadrature with six points"),
