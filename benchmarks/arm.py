@@ -2,7 +2,7 @@
 
 The one-segment arm of Dragon Skin 10 of M. Dubied and others 2022 (arXiv 2201.12560): 100 mm long, an outer radius of
 22.2 mm, four chambers around a square hole, hanging from its base. One chamber is inflated. The modulus is that of the
-beam of the same rubber under its own weight (measured.py), and nothing is fitted to the arm.
+beam of the same rubber under its own weight (`pneumorph validate beam`), and nothing is fitted to the arm.
 """
 
 import argparse

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 import pneumorph as pm
-from pneumorph.analysis.calibration import PARAMETERS, UNITS, Curve, _Fit, fitted
+from pneumorph.analysis.along import Curve
+from pneumorph.analysis.calibration import PARAMETERS, UNITS, _Fit, fitted
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import loads
 

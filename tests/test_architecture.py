@@ -32,6 +32,7 @@ PACKAGES = [
     "results",
     "analysis",
     "surrogate",
+    "validation",
     "limits",
     "optimize",
     "run",

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pneumorph.interface.propose import propose
     from pneumorph.interface.runs import Run, design, designs, open_run
     from pneumorph.interface.sweep import Sweep
+    from pneumorph.interface.validation import Validation, validate
     from pneumorph.limits.report import LimitReading
     from pneumorph.problem import Problem, load
     from pneumorph.proposals import Plan, Proposal, Target
@@ -52,6 +53,7 @@ __all__ = [
     "Target",
     "TaskResult",
     "TipStiffness",
+    "Validation",
     "bodies",
     "check_gradient",
     "design",
@@ -62,6 +64,7 @@ __all__ = [
     "open_run",
     "propose",
     "starting_design",
+    "validate",
 ]
 
 _MODULES = {
@@ -75,6 +78,7 @@ _MODULES = {
     "interface.runs": ("Run", "design", "designs", "open_run"),
     "interface.over_time": ("OverTime",),
     "interface.sweep": ("Sweep",),
+    "interface.validation": ("Validation", "validate"),
     "limits.report": ("LimitReading",),
     "problem": ("Problem", "load"),
     "proposals": ("Plan", "Proposal", "Target"),

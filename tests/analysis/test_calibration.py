@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from texts import TWO_BESIDE, problem_text
 
-from pneumorph.analysis.calibration import UNITS, Curve, _Fit, calibrate
+from pneumorph.analysis.along import Curve
+from pneumorph.analysis.calibration import UNITS, _Fit, calibrate
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import loads

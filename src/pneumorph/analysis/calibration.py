@@ -14,31 +14,16 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import t as students
 
-from pneumorph.analysis.analyse import build_discretisation, refuse_friction
-from pneumorph.analysis.bodies import mesh_of
+from pneumorph.analysis.along import Curve, along, solved_along
 from pneumorph.analysis.surface_motions import offset
 from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
-from pneumorph.mechanics import (
-    Configuration,
-    Equilibrium,
-    State,
-    Tangent,
-    configure,
-    enclosed_of,
-    guided_of,
-    loads_of,
-    part_of,
-    predict,
-    solve,
-    sweep,
-)
+from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent, enclosed_of, predict, solve
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.problem import Problem, Task, reinforcements
-from pneumorph.problem.acting import acting
 from pneumorph.problem.components import MOTIONS
 from pneumorph.sensitivity import motion_slopes
 
@@ -57,24 +42,6 @@ APART = 0.98
 
 MOST_FACTORISATIONS = 60
 """Most for one state."""
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A measured curve.
-
-    Attributes
-    ----------
-    pressures : (n, C) MPa
-        Of all chambers, in the order of the problem.
-    motion : str
-        One of `MOTIONS`.
-    values : (n,) mm or rad
-    """
-
-    pressures: np.ndarray
-    motion: str
-    values: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -128,7 +95,6 @@ def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Seq
     ComputationError
         If a state is not found, or the parameters cannot be fitted.
     """
-    refuse_friction(problem)
     if problem.obstacle or problem.contact is not None or reinforcements(problem) or enclosed_of(problem, task.volumes):
         raise ProblemError("calibrate: is for bodies without contact, sheets, fibres and sealed chambers")
     with doing("calibrating"):
@@ -198,16 +164,10 @@ class _Fit:
     @classmethod
     def of(cls, problem: Problem, body: Body, task: Task, curve: Curve) -> _Fit:
         """The body meshed for the pressures of the curve, in part where these are symmetric."""
-        chambers = [each.name for each in problem.body.chamber]
-        given = [dict(zip(chambers, map(float, row), strict=True)) for row in curve.pressures]
-        under = acting(problem, task)
-        morph = mesh_of(problem, body, part_of(problem, given, [under]))
-        model, X = build_discretisation(problem, morph, body.control_points()).model, morph.mesh.points
-        guided = guided_of(problem, under)
-        points = [configure(model, X, loads_of(problem, model, row, under=under), guided) for row in given]
+        morph, points = along(problem, body, task, curve.pressures)
         faces = [face for face in morph.mesh.faces if chambers_of(face)]
-        thicker = sum((offset(morph.mesh, face) for face in faces), np.zeros_like(X))
-        return cls(curve, points, Tangent(model), morph, thicker[: morph.n_surface])
+        thicker = sum((offset(morph.mesh, face) for face in faces), np.zeros_like(points[0].X))
+        return cls(curve, points, Tangent(points[0].model), morph, thicker[: morph.n_surface])
 
     def configurations(self, parameters: np.ndarray) -> list[Configuration]:
         """All points with parameters in the units of the code."""
@@ -230,13 +190,7 @@ class _Fit:
             If one is not found.
         """
         path = self.configurations(np.zeros(len(PARAMETERS)))
-        order = np.argsort(self.curve.pressures.sum(axis=1), kind="stable")
-        states: dict[int, State] = {}
-        for number, answer in zip(order, sweep([path[k] for k in order], self.tangent), strict=True):
-            if not isinstance(answer, Equilibrium):
-                raise ComputationError(f"no state at point {number + 1} of the curve: {answer.reason}")
-            states[int(number)] = answer.state
-        return _Solved(self, path, [states[k] for k in range(len(path))])
+        return _Solved(self, path, solved_along(path, self.curve.pressures, self.tangent))
 
     def moved(self, near: _Solved, parameters: np.ndarray) -> _Solved | None:
         """The states with other parameters, from those with the parameters before; None if one is not found."""

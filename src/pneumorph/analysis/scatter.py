@@ -22,6 +22,7 @@ from pneumorph.analysis.tolerances import (
     MODULUS,
     RUBBER,
     UNITS,
+    ShapeCause,
     Tolerances,
     as_cast,
     history_of,
@@ -31,8 +32,9 @@ from pneumorph.analysis.tolerances import (
     shape_causes,
 )
 from pneumorph.doing import doing
-from pneumorph.mechanics import Configuration, Equilibrium, predict, solve, sweep
+from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent, predict, solve, sweep
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
+from pneumorph.mesh import Morph
 from pneumorph.objective import measure_features
 from pneumorph.results import Cause, Scatter
 from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
@@ -54,14 +56,35 @@ def scatter_of(whole: Solved, tolerances: Tolerances) -> dict[str, Scatter]:
     scatters = {}
     for name, at in analysis.configurations.items():
         with doing(f"task {name}: derivatives of the tip's motion"):
-            slopes = motion_slopes(at, disc.tangents[name], analysis.equilibria[name].state)
-            on_surface = np.array([disc.morph.on_surface(by_X) for by_X in slopes.X])
-        causes = [*_of_rubbers(slopes, tolerances), *_of_loads(at, slopes, tolerances)]
-        for each in shapes:
-            by_nodes = slopes.X if len(each.motion) == len(analysis.X) else on_surface
-            causes.append(_cause(*each[:3], np.tensordot(by_nodes, each.motion, axes=2)))
-        scatters[name] = Scatter(tuple(map(float, slopes.motion)), tuple(causes))
+            state, tangent = analysis.equilibria[name].state, disc.tangents[name]
+            scatters[name] = scatter_at(at, tangent, state, disc.morph, shapes, tolerances)
     return scatters
+
+
+def scatter_at(
+    at: Configuration,
+    tangent: Tangent,
+    state: State,
+    morph: Morph,
+    shapes: Sequence[ShapeCause],
+    tolerances: Tolerances,
+) -> Scatter:
+    """How every cause of scatter moves the tip at an equilibrium.
+
+    Parameters
+    ----------
+    at, tangent, state : the equilibrium, near whose state the tangent was factorised.
+    morph : the mesh of the body.
+    shapes : the causes that move its nodes.
+    tolerances : of the others.
+    """
+    slopes = motion_slopes(at, tangent, state)
+    on_surface = np.array([morph.on_surface(by_X) for by_X in slopes.X])
+    causes = [*_of_rubbers(slopes, tolerances), *_of_loads(at, slopes, tolerances)]
+    for each in shapes:
+        by_nodes = slopes.X if len(each.motion) == len(at.X) else on_surface
+        causes.append(_cause(*each[:3], np.tensordot(by_nodes, each.motion, axes=2)))
+    return Scatter(tuple(map(float, slopes.motion)), tuple(causes))
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,10 @@ from pneumorph.analysis.surface_motions import core_shift, core_tilt, growth, of
 from pneumorph.mechanics import Configuration
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
+from pneumorph.problem import Problem
+from pneumorph.problem.materials import materials
+from pneumorph.problem.sources import deviation_of
+from pneumorph.problem.sources import history_of as history_in
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,22 @@ class Tolerances:
     load: float = 0.05
     rubbers: Mapping[str, float] = field(default_factory=dict)
     histories: Mapping[str, float] = field(default_factory=dict)
+
+
+def of_sources(tolerances: Tolerances, problem: Problem, rubbers: bool = True) -> Tolerances:
+    """Tolerances with what is known of the rubbers of a problem: their creep, cycles, and scatter of moduli.
+
+    Parameters
+    ----------
+    tolerances : of all else.
+    problem : whose rubbers are meant.
+    rubbers : whether the moduli too; else they have the deviation `tolerances.rubber`.
+    """
+    known = materials(problem)
+    regions = {name if len(known) > 1 else "": material for name, material in known.items()}
+    histories = {name: history.deviation for name, each in regions.items() if (history := history_in(each)) is not None}
+    moduli = {name: part for name, each in regions.items() if (part := deviation_of(each)) is not None}
+    return replace(tolerances, histories=histories, rubbers=moduli if rubbers else {})
 
 
 UNITS = {"mm": 1.0, "°": float(np.radians(1.0)), "kPa": 1e-3, "%": 0.01}

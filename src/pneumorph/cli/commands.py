@@ -105,6 +105,13 @@ def simulate(
             help="Sweep there and back so many times, and tell the energy lost: rubber with a softening softens.",
         ),
     ] = None,
+    hold: Annotated[
+        str | None,
+        typer.Option(
+            metavar="10s",
+            help="With --rate: keep the loads for so long at the end of the sweep, or at both ends of every cycle.",
+        ),
+    ] = None,
     one_by_one: Annotated[
         bool,
         typer.Option("--one-by-one", help="Sweep one chamber after another; others stay at the start of their sweep."),
@@ -181,6 +188,7 @@ def simulate(
         friction=friction,
         rate=rate,
         cycles=cycles,
+        hold=hold,
         one_by_one=one_by_one,
         block=block or [],
         stiffness=stiffness,
@@ -358,6 +366,52 @@ def calibrate(
     from pneumorph.cli.calibrate import calibrate
 
     calibrate(source, measured, fit, design, task, out, trust)
+
+
+@doing("comparing with what was measured")
+def validate(
+    source: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[beam|disc]... or RUN_OR_PROBLEM",
+            help="Measured bodies that come with the package, by default all; with --measured a run directory or a "
+            "problem file.",
+        ),
+    ] = None,
+    measured: Annotated[
+        Path | None,
+        typer.Option(
+            help="A curve of your own: text file with titles such as 'pressure A (kPa), extension (mm)' and one point "
+            "a line."
+        ),
+    ] = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="'rubber=5 %'",
+            help="With --measured: a standard deviation other than the usual one, as of pneumorph tolerance; "
+            "repeatable.",
+        ),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="With large elements and steps.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Folder for the table, all points, and a picture of each.")] = None,
+    task: Annotated[str | None, typer.Option(help="The task whose loads act; by default the first.")] = None,
+    design: DesignNumber = None,
+    trust: Trusted = False,
+) -> None:
+    """Lay predictions beside measurements: published ones, or a curve of your own casting, with error bars."""
+    from pneumorph.cli.validate import validate
+
+    validate(
+        source or [],
+        measured=measured,
+        tolerances=tolerance or [],
+        quick=quick,
+        out=out,
+        number=design,
+        task=task,
+        trust=trust,
+    )
 
 
 @doing("exporting")

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.analysis.calibration import PARAMETERS, Calibration, Curve, calibrate
+from pneumorph.analysis.along import Curve
+from pneumorph.analysis.calibration import PARAMETERS, Calibration, calibrate
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.problem import Problem, Task
@@ -74,13 +75,24 @@ def calibrated(
         If a state is not found, or the curve does not determine what is fitted.
     """
     require_parameters(names)
+    measured, curve = curve_in(path, problem, pressures)
+    fit = calibrate(problem, body, task, curve, names)
+    return CalibratedDesign(with_moduli(problem, fit.factor), measured, fit)
+
+
+def curve_in(path: Path, problem: Problem, pressures: Mapping[str, float]) -> tuple[Measured, Curve]:
+    """What a file says, and the curve with the pressures (MPa) of chambers that have no column.
+
+    Raises
+    ------
+    ProblemError
+        If the file has no curve of the problem's body.
+    """
     chambers = [each.name for each in problem.body.chamber]
     measured = read_measured(path, chambers)
     count = len(measured.values)
     columns = [measured.pressures.get(name, np.full(count, pressures.get(name, 0.0))) for name in chambers]
-    curve = Curve(np.column_stack(columns), measured.motion, measured.values)
-    fit = calibrate(problem, body, task, curve, names)
-    return CalibratedDesign(with_moduli(problem, fit.factor), measured, fit)
+    return measured, Curve(np.column_stack(columns), measured.motion, measured.values)
 
 
 def require_parameters(names: Sequence[str]) -> None:

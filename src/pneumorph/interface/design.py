@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from pneumorph.interface.calibration import CalibratedDesign
     from pneumorph.interface.fast_model import FastModel, ModelCheck
     from pneumorph.interface.tolerance import ToleranceReport
+    from pneumorph.interface.validation import Validation
     from pneumorph.make import MadeFiles
     from pneumorph.output.view import View
 
@@ -166,6 +167,7 @@ class Design:
         along: str | None = None,
         rate: Any = None,
         cycles: int | None = None,
+        hold: Any = None,
     ) -> Sweep:
         """Find equilibria at the tasks' pressures, or along sweeps of pressure or of places of obstacles.
 
@@ -197,6 +199,8 @@ class Design:
             How fast the first that is swept changes: steps take time, in which rubber relaxes.
         cycles : int
             How often sweeps go there and back: rubber softens, and `Sweep.cycles` have the energy lost.
+        hold : str or pint quantity, such as "10 s"
+            How long loads stay at the end of a sweep, or at both ends of every cycle, while rubber relaxes.
 
         Raises
         ------
@@ -214,7 +218,7 @@ class Design:
         True
         """
         began, curves = time.perf_counter(), list[Curve]()
-        options = moves, friction, volumes, stiffness, along, rate, cycles
+        options = moves, friction, volumes, stiffness, along, rate, cycles, hold
         prepared = self.prepare_simulation(pressures, block, one_by_one, task, *options)
         for _ in prepared.run(curves):
             pass
@@ -233,12 +237,13 @@ class Design:
         along: str | None = None,
         rate: Any = None,
         cycles: int | None = None,
+        hold: Any = None,
     ) -> Simulation:
         """Prepare what `simulate` does, to be run step by step.
 
         Parameters
         ----------
-        pressures, block, one_by_one, task, moves, friction, volumes, stiffness, along, rate, cycles
+        pressures, block, one_by_one, task, moves, friction, volumes, stiffness, along, rate, cycles, hold
             As for `simulate`.
 
         Raises
@@ -248,7 +253,7 @@ class Design:
         """
         names = [block] if isinstance(block, str) else block
         own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
-        options = pressures or {}, names, one_by_one, moves, friction, volumes, stiffness, along, rate, cycles
+        options = pressures or {}, names, one_by_one, moves, friction, volumes, stiffness, along, rate, cycles, hold
         return prepare_simulation(self.problem, self.body, own, *options)
 
     def over_time(
@@ -545,6 +550,38 @@ class Design:
         chosen = next(each for each in self.problem.task if each.name == self._task(task))
         pressures = self.pressures[chosen.name]
         return calibrated(self.problem, self.body, chosen, pressures, Path(measured), list(fit))
+
+    def validate(self, measured: str | Path, task: str | None = None, **tolerances: Any) -> Validation:
+        """Lay a measured curve of a casting beside the prediction of the design, with the error bars of both.
+
+        Parameters
+        ----------
+        measured : str or Path
+            A text file with titles such as "pressure A (kPa), extension (mm)", and one point a line; points with the
+            same pressures are repetitions, which tell the scatter of the measurement.
+        task : str, by default the first
+            Whose loads act.
+        **tolerances : text with unit
+            As of `tolerance`.
+
+        Raises
+        ------
+        ProblemError
+            If the file has no curve, a tolerance is not one, or the body has sealed or filled chambers or friction.
+        ComputationError
+            If a state is not found.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> found = pm.open_run("runs/small").best.validate("curve.csv", rubber="5 %")  # doctest: +SKIP
+        >>> found.comparisons[0].rms  # doctest: +SKIP
+        0.02
+        """
+        from pneumorph.interface.validation import validated
+
+        chosen = next(each for each in self.problem.task if each.name == self._task(task))
+        return validated(self.problem, self.body, chosen, self.pressures[chosen.name], Path(measured), tolerances)
 
     def make(self, folder: str | Path, chord: float = 0.02) -> MadeFiles:
         """Write all files for manufacturing the design and its mould, and check them; see ``docs/making.md``.

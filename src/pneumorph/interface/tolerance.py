@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from pneumorph.analysis.near import Solved, analyse_near
 from pneumorph.analysis.scatter import OneDeviation, one_deviation, scatter_of, with_moduli
 from pneumorph.analysis.thickening import thickenings
-from pneumorph.analysis.tolerances import Tolerances
+from pneumorph.analysis.tolerances import Tolerances, of_sources
 from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
@@ -21,14 +21,11 @@ from pneumorph.mesh import TetMesh
 from pneumorph.output.thickening import thickening_figure
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
-from pneumorph.problem.material import Material
 from pneumorph.problem.materials import materials
 from pneumorph.problem.objectives.words import motion_word
-from pneumorph.problem.sources import MOST_DEVIATION, deviation_of, doubt, history_of, range_of
+from pneumorph.problem.sources import MOST_DEVIATION, doubt, range_of
 from pneumorph.results import Fields, Scatter, TaskResult, to_json
 from pneumorph.units import ANGLE, LENGTH, PRESSURE, Kind, parse, text_of
-
-_Known = TypeVar("_Known")
 
 KINDS: Mapping[str, Kind | None] = {
     "rubber": None, "pressure": PRESSURE, "wall": LENGTH, "shift": LENGTH, "tilt": ANGLE, "scale": None, "load": None,
@@ -162,11 +159,7 @@ def tolerance_report(
     ComputationError
         If the whole body cannot be meshed or has no equilibrium.
     """
-    tolerances = read_tolerances(given)
-    histories = {region: each.deviation for region, each in _by_region(problem, history_of).items()}
-    tolerances = replace(tolerances, histories=histories)
-    if "rubber" not in given:
-        tolerances = replace(tolerances, rubbers=_by_region(problem, deviation_of))
+    tolerances = of_sources(read_tolerances(given), problem, rubbers="rubber" not in given)
     if tasks is not None:
         problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
     whole = analyse_near(problem, body, (), stored, results)
@@ -181,13 +174,6 @@ def tolerance_report(
     mesh = whole.disc.morph.mesh.at(whole.analysis.X)
     ends = {} if "rubber" in given else {task.name: _at_ends(whole, task.name) for task in problem.task}
     return ToleranceReport(problem, scatters, solved, mesh, by_nodes, ends)
-
-
-def _by_region(problem: Problem, known: Callable[[Material], _Known | None]) -> dict[str, _Known]:
-    """What is known of the rubber of every region, where it is."""
-    rubbers = materials(problem)
-    found = {name if len(rubbers) > 1 else "": known(material) for name, material in rubbers.items()}
-    return {name: value for name, value in found.items() if value is not None}
 
 
 def _at_ends(whole: Solved, task: str) -> dict[float, np.ndarray | None]:

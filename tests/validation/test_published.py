@@ -1,0 +1,74 @@
+"""Published measurements: their files, the derivative of a lifted load, and what is said of differences."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from pneumorph.output.compared import compared_figure, csv_lines, grouped, markdown
+from pneumorph.problem import load
+from pneumorph.problem.scaled import scaled
+from pneumorph.validation import Comparison
+from pneumorph.validation.beam import measured
+from pneumorph.validation.disc import lifted
+from pneumorph.validation.tables import PUBLISHED, problem_of, table_of
+
+
+def comparison(predicted, fitted=(False, False, False), missing="") -> Comparison:
+    at, bars = np.array([1.0, 2.0, 3.0]), np.array([0.3, 0.3, 0.3])
+    values, free = np.array(predicted), np.array(fitted)
+    return Comparison("beam", "soft", "deflection", "mm", "", "load, N", at, at, bars, values, bars, free, missing)
+
+
+def test_differences_are_those_of_points_that_were_not_fitted():
+    one = comparison([9.0, 2.6, 4.0], fitted=(True, False, False))
+    assert one.rms == pytest.approx(np.sqrt((0.6**2 + 1.0) / 2))
+    assert one.normalised == pytest.approx(one.rms / 3.0)
+    assert one.within == 1, "2 √(0.3² + 0.3²) is 0.85"
+
+
+def test_a_curve_without_points_says_why():
+    empty = np.zeros(0)
+    one = Comparison(
+        "disc", "soft", "pressure", "kPa", "", "height, mm", *[empty] * 5, fitted=empty.astype(bool), missing="it folds"
+    )
+    assert one.rms is None and one.normalised is None
+    assert "it folds" in markdown([one]) and not grouped([one]) and len(list(csv_lines([one]))) == 1
+
+
+def test_points_are_drawn_with_bars_of_two_deviations():
+    axes = compared_figure([comparison([1.0, 2.5, 3.5])]).axes[0]
+    (band,) = axes.collections[:1]
+    assert band.get_paths()[0].vertices[:, 1].max() == pytest.approx(3.5 + 0.6)
+
+
+def test_the_beam_hangs_down_further_with_more_load():
+    known = measured()
+    values = [known[case][0] for case in ("gravity", "load52", "load101")]
+    # Of two runs and two markers: 6.64, 6.52, 6.72 and 6.59 mm down, and the mount 0.12 mm in the mean.
+    assert values[0] == pytest.approx(6.6175 - 0.1217, abs=1e-3)
+    assert values == sorted(values) and all(half > 0.0 for _, half in known.values())
+
+
+@pytest.mark.parametrize("path", sorted(PUBLISHED.glob("*.toml")), ids=lambda path: path.stem)
+def test_a_frozen_problem_has_a_rubber_with_its_source(path):
+    problem = load(path)
+    assert problem.material.source and problem.material.scatter
+    assert path.stem.split("_")[0] in ("beam", "disc")
+
+
+def test_every_load_of_the_disc_was_measured():
+    loads = {-task.force[2] for task in problem_of("disc", "first_pull", 12.0).task}
+    assert loads == set(np.unique(table_of("disc")["force_N"]))
+
+
+@pytest.mark.slow
+def test_pressures_at_a_height_change_with_the_moduli_as_derived():
+    problem, more = problem_of("disc", "tension_tests", 12.0), 0.02
+    stiffer = scaled(problem.material, 1 + more, name="stiffer", source="a test")
+    task = problem.task[0].model_copy(update={"force": (0.0, 0.0, -2.0)})
+    volumes = np.linspace(120e3, 160e3, 3)
+    lifts = [lifted(each, task, volumes, 60.0) for each in (problem, problem.model_copy(update={"material": stiffer}))]
+    one, other = lifts
+    height = one.heights[1]
+    change = CubicSpline(other.heights, other.pressures)(height) - one.pressures[1]
+    assert change / np.log(1 + more) == pytest.approx(one.by_moduli[1], rel=0.03)
