@@ -19,7 +19,7 @@ from pydantic import TypeAdapter
 from random_problems import Drawn, Draws, rubber_for
 
 from pneumorph import bodies
-from pneumorph.bodies.parts import Part, write_step
+from pneumorph.bodies.parts import Part, write_parts
 from pneumorph.cad.findings import findings_of
 from pneumorph.errors import ProblemError
 from pneumorph.objective import build_objectives
@@ -43,7 +43,7 @@ class DrawnBody(Drawn):
 
     def write(self, path: Path) -> None:
         """Write the problem file and, beside it, the CAD file."""
-        write_step(self.parts, path.with_name(STEP))
+        write_parts(self.parts, path.with_name(STEP))
         path.write_text(self.text, encoding="utf-8")
 
 

@@ -5,7 +5,7 @@ import csv
 import pytest
 
 from pneumorph.proposals import Plan, Target, propose
-from pneumorph.proposals.results import reaches, write_table
+from pneumorph.proposals.results import reaches, sheet_rows, write_table
 from pneumorph.run import open_run
 from pneumorph.study.members import MemberEnd, run_member
 
@@ -56,6 +56,10 @@ def test_the_best_go_on_and_a_search_is_taken_up_again(tmp_path):
     rows = list(csv.DictReader(write_table(found, tmp_path).open()))
     assert [row["candidate"] for row in rows] == [each.candidate.name for each in found]
     assert [row["went on"] for row in rows].count("to the end") == 2
+    assert all("mould" in row["making"] for row in rows[:2]) and not any(row["making"] for row in rows[2:])
+    sheet = list(sheet_rows(finals))
+    assert [each[0] for each in sheet] == [each.run.name for each in finals]
+    assert all("±" in result and margin for _, result, _, margin, *_ in sheet)
 
     again = Runner(tmp_path)
     repeated = propose(TARGET, tmp_path, FEW, again, 1)

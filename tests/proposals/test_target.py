@@ -50,6 +50,8 @@ def test_rubbers_may_be_a_list(tmp_path):
         ({"pressure": {"max": "0 kPa"}}, "pressure.max"),
         ({"task": [BEND | {"pressure": {"A": "20 kPa"}}]}, "task[0].pressure"),
         ({"space": {"length": "60 mm"}}, "space.radius"),
+        ({"space": {"length": "60 mm", "width": "20 mm"}}, "space.depth"),
+        ({"space": {"length": "60 mm", "width": "20 mm", "depth": "9 mm", "radius": "9 mm"}}, "space.width"),
         ({"material": {"name": "Dragon Skin 3"}}, "material"),
         ({"colour": "red"}, "colour"),
         ({"task": []}, "task"),

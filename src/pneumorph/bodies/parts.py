@@ -1,4 +1,4 @@
-"""Bodies put together from simple ones, and their STEP files."""
+"""Bodies put together from simple ones, and their files."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Part(NamedTuple):
     turn: float = 0.0
 
 
-def write_step(parts: Sequence[Part], path: Path) -> None:
-    """Write a body as a STEP file.
+def write_parts(parts: Sequence[Part], path: Path) -> None:
+    """Write a body as a STEP file, or by its suffix as a BREP file.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from string import Template
 from typing import Any
 
 from pneumorph import units
-from pneumorph.bodies.parts import Part, write_step
+from pneumorph.bodies.parts import Part, write_parts
 from pneumorph.errors import ComputationError, ProblemError
 
 LEAST = 0.8
@@ -75,7 +75,7 @@ class Start:
             raise ProblemError(f"{path}: cannot be written ({why}); give another name") from None
         if self.parts:
             try:
-                write_step(self.parts, step)
+                write_parts(self.parts, step)
             except ComputationError as error:
                 path.unlink()
                 raise ProblemError(f"{step}: {error}") from None

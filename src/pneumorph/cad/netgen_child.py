@@ -145,7 +145,10 @@ def triangles(path: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def compose(parts: list[tuple[bool, str, tuple[float, ...], float]], path: str) -> tuple[list[str], list[str]]:
-    """Write a STEP file with a body, of which parts are added or cut out in their order; see `bodies.parts.Part`."""
+    """Write a STEP or BREP file with a body, of which parts are added or cut out in order, see `bodies.parts.Part`.
+
+    A BREP file of the same parts has the same bytes, while one in STEP has the time in it.
+    """
     occ = _occ()
     kinds = {
         "box": lambda a, b, c, d, e, f: occ.Box(occ.Pnt(a, b, c), occ.Pnt(d, e, f)),
@@ -161,7 +164,7 @@ def compose(parts: list[tuple[bool, str, tuple[float, ...], float]], path: str) 
     body = first[1]
     for added, part in others:
         body = body + part if added else body - part
-    body.WriteStep(path)
+    (body.WriteBrep if path.endswith(".brep") else body.WriteStep)(path)
     if not os.path.exists(path):
         raise Unsuitable(f"{path} cannot be written; give another name")
     return [path], [path]

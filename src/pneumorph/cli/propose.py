@@ -17,7 +17,7 @@ from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.render import NoPicture
 from pneumorph.proposals import Plan, Proposal, load_target
 from pneumorph.proposals.candidates import suited
-from pneumorph.proposals.results import draw_proposals, reaches, write_page, write_table
+from pneumorph.proposals.results import draw_proposals, reaches, sheet_rows, write_page, write_table
 from pneumorph.proposals.search import BEST
 from pneumorph.results import HistoryEntry
 from pneumorph.results.targets import Reached
@@ -77,6 +77,7 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
     best, title = [each for each in proposals[:BEST] if each.entry is not None], target.title or source.stem
     if not quiet:
         console.print(_table(title, proposals))
+        console.print(_sheet(best))
     say_where = partial(console.print, soft_wrap=True)
     say_where(Text(f"table of all {len(proposals)} candidates in {table}"))
     if not best:
@@ -91,6 +92,16 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
     said = f"The best is {first.run}: {first.achieved}. To go on with it: {again}"
     say_where(Text(said if first.final else f"{said} ({first.lost}, so its motion is that of a coarse one)"))
     return 3 if reaches(first) is Reached.NO else 0
+
+
+def _sheet(best: Sequence[Proposal]) -> Table:
+    """What is known of the proposals."""
+    table = Table()
+    for heading in ("proposal", "result", "pressures", "margin to ballooning", "rubber", "making", "time"):
+        table.add_column(heading, overflow="fold")
+    for values in sheet_rows(best):
+        table.add_row(*(Text(printable(value)) for value in values))
+    return table
 
 
 def _table(title: str, proposals: Sequence[Proposal]) -> Table:

@@ -58,9 +58,7 @@ def beam_of(problem: Tables, task: Task) -> Beam | None:
     young = 3.0 * max(rubber.initial_shear_modulus for rubber in rubbers)
     density = min(rubber.density for rubber in rubbers)
     length = problem.tubes.length
-    dz = length / SLICES
-    z = dz * (np.arange(SLICES) + 0.5)
-    areas, seconds = (np.array(each) for each in zip(*(_section(problem, float(height)) for height in z), strict=True))
+    dz, z, areas, seconds = _slices(problem)
     # What acts above each height: force, and moment about its own place on the axis.
     own = density * areas[:, None] * weight * dz
     above = force + np.cumsum(own[::-1], axis=0)[::-1] - own / 2.0
@@ -68,15 +66,35 @@ def beam_of(problem: Tables, task: Task) -> Beam | None:
     across = (length - z)[:, None] * force + levers
     bending = moment[:2] + np.column_stack([-across[:, 1], across[:, 0]])
     curvature = np.linalg.solve(young * seconds, bending[:, :, None])[:, :, 0]
-    stiffness = young * np.linalg.eigvalsh(seconds)[:, 0]
-    # Euler's column, clamped at one end; of its own weight three tenths count as if they were at its tip.
+    # Of its own weight three tenths count as if they were at its tip.
     pressed = -(force[2] + 0.315 * float(own[:, 2].sum()))
-    critical = math.pi**2 / (4.0 * length**2 * float(np.mean(1.0 / stiffness)))
     return Beam(
         curvature.sum(axis=0) * dz,
         float(np.mean(above[:, 2] / (young * areas))),
-        max(float(pressed) / critical, 0.0),
+        max(float(pressed) / _critical(length, young * seconds), 0.0),
     )
+
+
+def column_load(problem: Tables) -> float:
+    """The force (N) along z at which a body of straight tubes buckles as a column, clamped at its base alone.
+
+    Sheets and fibres are not counted.
+    """
+    young = 3.0 * max(rubber.initial_shear_modulus for rubber in materials(problem).values())
+    return _critical(problem.tubes.length, young * _slices(problem)[3])
+
+
+def _critical(length: float, stiffness: NDArray[np.float64]) -> float:
+    """Euler's load, N, of a column clamped at one end, from the stiffness (n, 2, 2) of its slices in bending."""
+    return math.pi**2 / (4.0 * length**2 * float(np.mean(1.0 / np.linalg.eigvalsh(stiffness)[:, 0])))
+
+
+def _slices(problem: Tables) -> tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Thickness (mm) and heights (n,) of slices across the axis, with areas (n,) and second moments (n, 2, 2)."""
+    dz = problem.tubes.length / SLICES
+    z = dz * (np.arange(SLICES) + 0.5)
+    areas, seconds = (np.array(each) for each in zip(*(_section(problem, float(height)) for height in z), strict=True))
+    return dz, z, areas, seconds
 
 
 def key_of_loads(problem: Tables, index: int) -> str:

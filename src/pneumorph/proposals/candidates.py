@@ -12,11 +12,15 @@ import numpy as np
 from pneumorph.errors import ProblemError
 from pneumorph.objective import build_objectives
 from pneumorph.problem import Problem
+from pneumorph.proposals.estimates import ballooning, buckles
 from pneumorph.proposals.layouts import LAYOUTS, Drawn, Draws, Layout, NoRoom
-from pneumorph.proposals.target import Target, Wish
+from pneumorph.proposals.target import PressureRange, Target, Wish
 
 COARSE = 0.42
 """Size of the elements while candidates are compared, over the radius of the body."""
+
+SAFE = 0.8
+"""Pressure at which a chamber starts at most, over the one at which it would balloon by the estimate."""
 
 REDRAWS = 20
 """Draws of a candidate until its body fits."""
@@ -64,17 +68,29 @@ def draw_candidates(target: Target, count: int, seed: int = 0) -> Iterator[Candi
     # Several chambers around the axis, or a single one on it, suit every target.
     layouts, _ = suited(target)
     for index in range(count):
-        yield _candidate(target, layouts[index % len(layouts)], seed, index)
+        rng = np.random.default_rng([seed, index])
+        layout = layouts[index % len(layouts)]
+        yield draw_candidate(target, layout, f"{index + 1:02d}-{layout.name}", iter(rng.random, None))
 
 
-def _candidate(target: Target, layout: Layout, seed: int, index: int) -> Candidate:
-    draws, name = Draws(seed, index), f"{index + 1:02d}-{layout.name}"
-    reason = ""
+def draw_candidate(target: Target, layout: Layout, name: str, numbers: Iterator[float]) -> Candidate:
+    """Draw a candidate of a layout.
+
+    Parameters
+    ----------
+    target, layout : what is asked, and the layout.
+    name : of the candidate.
+    numbers : in [0, 1), by which choices are made; where a body does not fit, the next ones.
+    """
+    draws, reason = Draws(numbers), ""
     for _ in range(REDRAWS):
         rubber = draws.one_of(target.material)
+        level = draws.between(0.45, 0.75)
         try:
             drawn = layout.draw(target, draws)
-            problem = _with_most_symmetry(_content(target, rubber, drawn, draws), drawn)
+            problem = _with_most_symmetry(_content(target, rubber, drawn, level), drawn)
+            if words := buckles(problem):
+                raise NoRoom(words)
         except (NoRoom, ProblemError) as error:
             reason = str(error)
             continue
@@ -98,28 +114,37 @@ def _sound(content: Mapping[str, Any]) -> Problem:
     return problem
 
 
-def _content(target: Target, rubber: Any, drawn: Drawn, draws: Draws) -> dict[str, Any]:
+def _content(target: Target, rubber: Any, drawn: Drawn, level: float) -> dict[str, Any]:
     """The tables of a problem file, without a symmetry."""
     given = target.model_dump(mode="json", exclude_unset=True)
     content = {key: given[key] for key in ("title", "end_effector", "gravity", "limits") if key in given}
-    content |= dict(drawn.tables) | {"material": rubber.model_dump(mode="json", exclude_unset=True)}
-    limits = content.setdefault("limits", {})
-    limits.setdefault("envelope", {"radius": f"{target.space.radius:g} mm"})
-    level = draws.between(0.45, 0.75)
+    limits = {"envelope": target.space.envelope} | drawn.tables.get("limits", {}) | content.get("limits", {})
+    content |= dict(drawn.tables) | {"material": rubber.model_dump(mode="json", exclude_unset=True), "limits": limits}
     tasks = given["task"]
+    highest = SAFE * ballooning(drawn.tables, rubber)
     for table, task in zip(tasks, target.task, strict=True):
-        table["pressure"] = {name: _pressure(target, task, place, level) for name, place in drawn.places.items()}
+        table["pressure"] = {
+            name: _pressure(target.pressure, task, place, level, highest) for name, place in drawn.places.items()
+        }
     content["task"] = tasks
     content["mesh"] = {"size": f"{COARSE * drawn.radius:.3g} mm"}
     content["optimizer"] = {"step": f"{0.03 * drawn.radius:.2g} mm", "iterations": 1}
     return content
 
 
-def _pressure(target: Target, task: Wish, place: np.ndarray, level: float) -> dict[str, str]:
-    """Free pressure of a chamber, which starts higher on the side from which the task bends the body."""
-    towards, least, most = task.towards, target.pressure.min, target.pressure.max
+def _pressure(given: PressureRange, task: Wish, place: np.ndarray, level: float, highest: float) -> dict[str, str]:
+    """Free pressure of a chamber, which starts higher on the side from which the task bends the body.
+
+    Parameters
+    ----------
+    given : the pressures that chambers may have.
+    task, place : the task, and where the chamber is.
+    level : where in that range it starts.
+    highest : at which it starts at most, MPa.
+    """
+    towards, least, most = task.towards, given.min, given.max
     share = level
     if towards is not None and np.any(place):
         share = level * (0.5 - 0.5 * float(place @ towards))
-    start = least + share * (most - least)
+    start = max(least, min(least + share * (most - least), highest))
     return {key: f"{1e3 * value:.5g} kPa" for key, value in (("start", start), ("min", least), ("max", most))}

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from pneumorph import atomic
 from pneumorph.output.study_page import write_study_page
+from pneumorph.problem import Problem, Task
+from pneumorph.proposals.making import difficulty, rubber_volume
 from pneumorph.proposals.search import Proposal
+from pneumorph.results import HistoryEntry, RunResult
 from pneumorph.results.targets import Reached, targets_reached
 from pneumorph.run import open_run
 from pneumorph.study import Member, Study, write_sheet
@@ -27,16 +30,62 @@ def row(proposal: Proposal) -> dict[str, Any]:
     }
     entry = proposal.entry
     if entry is not None and proposal.run is not None:
-        problem = proposal.candidate.posed
-        history = open_run(proposal.run).history()
+        problem, run = proposal.candidate.posed, open_run(proposal.run)
+        result = run.result()
         found |= {"designs": entry.iteration} | motions(problem, entry)
         for task in problem.task:
-            result = entry.tasks[task.name]
-            for name, value in result.pressures.items():
+            state = entry.tasks[task.name]
+            if (fine := entry.finer.get(task.name)) is not None:
+                here, there = task.objective.achieved(state), task.objective.achieved(fine)
+                found[f"{task.name} error of the mesh"] = float(f"{abs(there.value - here.value):.2g}")
+            for name, value in state.pressures.items():
                 found[f"{task.name} pressure {name} (kPa)"] = round(1e3 * value, 2)
-            found[f"{task.name} stretch"] = round(result.max_stretch, 3)
-        found["time (s)"] = round(sum(each.seconds["total"] for each in history), 1)
+            found[f"{task.name} stretch"] = round(state.max_stretch, 3)
+            if result is not None and result.completed and result.best == entry.iteration:
+                found[f"{task.name} margin"] = margin(problem, result, task.name)
+        found["rubber (cm3)"] = round(1e-3 * rubber_volume(run.load_design(entry.iteration).body(problem)), 2)
+        found["time (s)"] = round(sum(each.seconds["total"] for each in run.history()), 1)
+        if proposal.final:
+            found["making"] = difficulty(problem, run.load_design(entry.iteration).body(problem))
     return found | {"went on": "to the end" if proposal.final else "no", "why not": proposal.lost}
+
+
+def margin(problem: Problem, result: RunResult, task: str) -> str:
+    """How far a task is from ballooning, as a multiple of its pressures: found, or followed without any."""
+    if task in result.margins:
+        return f"{result.margins[task]:.2f}"
+    if task in result.followed:
+        return f"above {result.followed[task]:.2f}"
+    least = problem.limits.margin
+    return "not near" if least is None else f"above {least:g}"
+
+
+def sheet_rows(proposals: Sequence[Proposal]) -> Iterator[tuple[str, ...]]:
+    """Of those that have designs: name, result with the error of the mesh, pressures, margins, rubber, making, time."""
+    for each in proposals:
+        if each.run is None or each.entry is None:
+            continue
+        found, tasks = row(each), each.candidate.posed.task
+        pressures = (
+            ", ".join(f"{name} {1e3 * value:.3g}" for name, value in each.entry.tasks[task.name].pressures.items())
+            for task in tasks
+        )
+        yield (
+            each.run.name,
+            "; ".join(_with_error(each.entry, task) for task in tasks),
+            "; ".join(pressures) + " kPa",
+            "; ".join(found.get(f"{task.name} margin", "not known") for task in tasks),
+            f"{found['rubber (cm3)']:g} cm³",
+            found.get("making", ""),
+            f"{found['time (s)'] / 60.0:.1f} min",
+        )
+
+
+def _with_error(entry: HistoryEntry, task: Task) -> str:
+    """What a design achieves in a task, with the error of the mesh where it is known."""
+    here, fine = task.objective.achieved(entry.tasks[task.name]), entry.finer.get(task.name)
+    told = here.beside_target if fine is None else here.with_error(task.objective.achieved(fine))
+    return f"{task.name}: {told}"
 
 
 def reaches(proposal: Proposal) -> Reached | None:

@@ -14,8 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from pneumorph.errors import ProblemError
 from pneumorph.problem import Problem
 from pneumorph.proposals.candidates import Candidate, draw_candidates
+from pneumorph.proposals.estimates import impossible
 from pneumorph.proposals.target import Target
 from pneumorph.results import HistoryEntry
 from pneumorph.run import RunDirectory, open_run
@@ -116,8 +118,10 @@ def propose(
     Raises
     ------
     ProblemError
-        If no layout suits the target, or the directory contains something else.
+        If the target is out of reach by an estimate, or the directory contains something else.
     """
+    if words := impossible(target):
+        raise ProblemError(words)
     clock = _Clock(plan)
     drawn = list(draw_candidates(target, plan.candidates, plan.seed))
     # (reason, and the stage that was reached) of those that do not go on.

@@ -34,12 +34,59 @@ MOST_RUBBERS = 10
 
 
 class Space(Table):
-    """The space that the robot may fill: a cylinder about z, from its base at z = 0 to its tip."""
+    """The space that the robot may fill at rest: a cylinder or a box about z, from its base at z = 0 to its tip."""
 
     length: PositiveLength
     """From base to tip."""
-    radius: PositiveLength
-    """Of the cylinder."""
+    radius: PositiveLength | None = None
+    """Of a cylinder."""
+    width: PositiveLength | None = None
+    """Of a box, along x; its middle is at x = 0."""
+    depth: PositiveLength | None = None
+    """Of a box, along y; its middle is at y = 0."""
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Space:
+        if self.radius is not None:
+            for key in ("width", "depth"):
+                if getattr(self, key) is not None:
+                    raise InvalidKey(key, "is of a box, but radius of a cylinder; leave one of them out")
+        elif self.width is None and self.depth is None:
+            raise InvalidKey("radius", 'is missing; give it for a cylinder, or width and depth for a box, e.g. "20 mm"')
+        for key in ("width", "depth"):
+            if self.radius is None and getattr(self, key) is None:
+                raise InvalidKey(key, 'is missing; a box has width along x and depth along y, e.g. "20 mm"')
+        return self
+
+    @property
+    def sides(self) -> np.ndarray | None:
+        """Half the width and half the depth (2,) of a box, mm; None of a cylinder."""
+        return None if self.width is None or self.depth is None else np.array([self.width, self.depth]) / 2.0
+
+    @property
+    def round(self) -> float:
+        """Radius of the largest cylinder about z in it, mm."""
+        return float(self.sides.min()) if self.sides is not None else float(self.radius or 0.0)
+
+    @property
+    def reach(self) -> float:
+        """The farthest that anything in it is from z, mm."""
+        return float(np.hypot(*self.sides)) if self.sides is not None else float(self.radius or 0.0)
+
+    @property
+    def area(self) -> float:
+        """Of its cross-section, mm²."""
+        return float(4.0 * self.sides.prod()) if self.sides is not None else float(np.pi * (self.radius or 0.0) ** 2)
+
+    @property
+    def envelope(self) -> dict[str, Any]:
+        """The table limits.envelope that keeps designs in it."""
+        if self.sides is None:
+            return {"radius": f"{self.radius:g} mm"}
+        x, y = self.sides
+        return {
+            "box": [[f"{-x:g} mm", f"{-y:g} mm", "0 mm"], [f"{x:g} mm", f"{y:g} mm", f"{self.length:g} mm"]],
+        }
 
 
 class PressureRange(Table):

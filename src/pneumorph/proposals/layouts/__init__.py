@@ -1,11 +1,13 @@
-"""Layouts: one chamber or several, plain, with threads, or wound."""
+"""Layouts: one chamber or several, plain, with threads, wound, of other sections, or rows on a floor."""
 
 from pneumorph.proposals.layouts.layout import Drawn, Draws, Layout, NoRoom
+from pneumorph.proposals.layouts.profiles import PROFILE, SHEET
+from pneumorph.proposals.layouts.rows import ROWS
 from pneumorph.proposals.layouts.several import ALONG, AROUND
 from pneumorph.proposals.layouts.single import BESIDE_AXIS, CENTRAL, THREADS
 from pneumorph.proposals.layouts.wound import WOUND
 
-LAYOUTS: tuple[Layout, ...] = (CENTRAL, BESIDE_AXIS, THREADS, *AROUND, ALONG, WOUND)
+LAYOUTS: tuple[Layout, ...] = (CENTRAL, BESIDE_AXIS, THREADS, *AROUND, ALONG, WOUND, PROFILE, SHEET, *ROWS)
 """All of them."""
 
 __all__ = ["LAYOUTS", "Drawn", "Draws", "Layout", "NoRoom"]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,23 +14,30 @@ MARGIN = 1.05
 """Walls of a start over the least that is allowed."""
 
 
+T = TypeVar("T")
+
+
 class NoRoom(Exception):
     """A body that was drawn does not fit into the space; the message says what is missing."""
 
 
 class Draws:
-    """Random numbers of one candidate."""
+    """The choices of one candidate, each made by the next of a sequence of numbers in [0, 1).
 
-    def __init__(self, seed: int, index: int):
-        self._rng = np.random.default_rng([seed, index])
+    Bodies of a layout ask for equally many in the same order whatever is chosen, so that the numbers are coordinates of
+    the layout's bodies.
+    """
+
+    def __init__(self, numbers: Iterator[float]):
+        self._numbers = numbers
 
     def between(self, low: float, high: float) -> float:
         """A number of an interval."""
-        return float(self._rng.uniform(low, high))
+        return low + (high - low) * next(self._numbers)
 
-    def one_of(self, choices: Any) -> Any:
+    def one_of(self, choices: Sequence[T]) -> T:
         """One of several things."""
-        return choices[int(self._rng.integers(len(choices)))]
+        return choices[int(len(choices) * next(self._numbers))]
 
 
 @dataclass(frozen=True)
@@ -93,14 +100,15 @@ def tube(target: Target, draws: Draws, rings: bool = True, least: float = 0.55) 
     rings : whether it may have rings, from which folds grow.
     least : of its radius over that of the space.
     """
-    length, radius = target.space.length, draws.between(least, 0.85) * target.space.radius
+    length, radius = target.space.length, draws.between(least, 0.85) * target.space.round
     body: dict[str, Any] = {"length": mm(length), "radius": mm(radius)}
-    period = length / max(2, round(length / (draws.between(0.8, 1.6) * radius)))
     density = 3.0 / radius
-    if rings and draws.one_of((True, True, False)):
+    period = length / max(2, round(length / (draws.between(0.8, 1.6) * radius)))
+    has_rings, height = draws.one_of((True, True, False)), draws.one_of((0.025, 0.05, 0.1))
+    if rings and has_rings:
         # The largest curvature of a ring is half of what the limit allows, and its slope that of a gentle wave.
         steepest = 0.5 * np.sqrt(2.0 * target.limits.curvature) * (period / (2.0 * np.pi)) ** 2
-        amplitude = min(draws.one_of((0.025, 0.05, 0.1)) * radius, steepest, 0.05 * period)
+        amplitude = min(height * radius, steepest, 0.05 * period)
         body["ripple"] = {"amplitude": mm(amplitude), "period": mm(period)}
         density = max(density, 5.0 / period)
     return body | {"control_density": f"{density:.3g} /mm"}, radius
@@ -121,12 +129,17 @@ def fitting(target: Target, radius: float, wanted: float, beside: float = 0.0) -
     return min(wanted, largest)
 
 
-def span(target: Target) -> list[str]:
-    """From where to where a chamber along the whole body goes."""
+def ends_of(target: Target) -> tuple[float, float]:
+    """From where to where a chamber along the whole body goes, mm."""
     end = 1.5 * target.limits.wall
     if target.space.length < 4.0 * end:
         raise NoRoom(f"ends of {end:g} mm leave no chamber in a body {target.space.length:g} mm long")
-    return [mm(end), mm(target.space.length - end)]
+    return end, target.space.length - end
+
+
+def span(target: Target) -> list[str]:
+    """The same as it is written in a file."""
+    return [mm(each) for each in ends_of(target)]
 
 
 def chamber(name: str, radius: float, center: np.ndarray, along: list[str]) -> dict[str, Any]:

@@ -43,11 +43,12 @@ def _draw_central(target: Target, draws: Draws) -> Drawn:
     return Drawn({"body": body}, {"A": ON_AXIS}, MIRRORS, radius, words)
 
 
-def _beside(target: Target) -> str:
+def bends_one_way(target: Target) -> str:
+    """Why a body that bends one way only does not do."""
     if reason := one_way(target):
         return reason
     if not target.directions:
-        return "a chamber beside the axis bends the body, which no task asks for"
+        return "it bends, which no task asks for"
     return ""
 
 
@@ -87,5 +88,5 @@ def _sense(task) -> float:
 
 
 CENTRAL = Layout("central", "one chamber on the axis", _central, _draw_central)
-BESIDE_AXIS = Layout("beside", "one chamber beside the axis", _beside, _draw_beside)
+BESIDE_AXIS = Layout("beside", "one chamber beside the axis", bends_one_way, _draw_beside)
 THREADS = Layout("threads", "one chamber in a body with threads like a screw", _threads, _draw_threads)
