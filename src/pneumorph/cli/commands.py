@@ -423,9 +423,9 @@ def export(
     format: Annotated[
         str | None,
         typer.Option(
-            metavar="vtu|inp|msh|feb|py",
-            help="vtu for ParaView and VTK, inp for CalculiX and Abaqus, msh for Gmsh, feb for FEBio, py for SOFA; by "
-            "default the suffix of the file.",
+            metavar="vtu|inp|msh|feb|py|xml",
+            help="vtu for ParaView and VTK, inp for CalculiX and Abaqus, msh for Gmsh, feb for FEBio, py for SOFA, xml "
+            "for a chain of rigid links in MuJoCo; by default the suffix of the file.",
         ),
     ] = None,
     task: Annotated[
@@ -439,7 +439,12 @@ def export(
     from pneumorph.cli.trust import asking
 
     chosen = design_of(source, design, asking(trust))
-    chosen.export(out, format, task)
+    if (format or out.suffix.removeprefix(".")) == "xml":
+        from pneumorph.interface.chain import chain_words
+
+        print(chain_words(chosen.export_chain(out, task=task)))
+    else:
+        chosen.export(out, format, task)
     print(f"written to {out}")
     if chosen.has_found_pressures(task) and (format or out.suffix.removeprefix(".")) in ("inp", "feb", "py"):
         print("chambers that are filled or sealed have the pressures found in the file, which stay as they are there")

@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from pneumorph.interface.validation import Validation
     from pneumorph.make import MadeFiles
     from pneumorph.output.view import View
+    from pneumorph.surrogate.chain import Chain
 
 MOST_STATES = 400
 """States that are solved for a fast model, unless more are asked for."""
@@ -440,6 +441,40 @@ class Design:
         from pneumorph.interface.fast_model import build_model
 
         return build_model(self.explorer(task), Path(path), bounds or {}, tolerance, sections, most)
+
+    def export_chain(self, path: str | Path, bounds: Mapping[str, Any] | None = None, task: str | None = None) -> Chain:
+        """Write a chain of rigid links with springs, driven by pressures, for MuJoCo (MJCF).
+
+        Parameters
+        ----------
+        path : str or Path
+        bounds : mapping of chambers to "0:60 kPa"
+            Of the pressures for which it is meant, by default those of the tasks.
+        task : str
+            Whose loads act; by default the first.
+
+        Returns
+        -------
+        Chain
+            What is in the file; `off` has by how much its tip misses exact states.
+
+        Raises
+        ------
+        ProblemError
+            If the axis is bent, motions of the tip are held, a bound makes no sense, or the file cannot be written.
+        ComputationError
+            If there is no stable state at pressures within the bounds.
+
+        Examples
+        --------
+        >>> import pneumorph as pm
+        >>> chain = pm.open_run("runs/small").best.export_chain("small.xml")
+        >>> (chain.off[:, 0] < 0.2 * chain.spans[0]).all()
+        np.True_
+        """
+        from pneumorph.interface.chain import export_chain
+
+        return export_chain(Path(path), self.explorer(task), bounds or {})
 
     def check_model(self, path: str | Path, task: str | None = None, count: int = 8) -> ModelCheck:
         """Compare a model of this design, from a file, with exact states at random pressures in its domain.
