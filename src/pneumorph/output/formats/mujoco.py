@@ -61,7 +61,7 @@ def _said(chain: Chain) -> str:
     mm, rad = chain.off.max(axis=0)
     return (
         f"Written by pneumorph. Controls are pressures in kPa. At {len(chain.off)} exact states the tip is off by at "
-        f"most {mm:.2g} mm of {chain.spans[0]:.3g} and {np.degrees(rad):.2g} of {np.degrees(chain.spans[1]):.3g} degrees."
+        f"most {mm:.2g} mm of {chain.spans[0]:.3g} and {np.degrees(rad):.2g} of {np.degrees(chain.spans[1]):.3g} deg."
     )
 
 
