@@ -55,7 +55,7 @@ def open_chamber(faces: Faces, point: np.ndarray, in_plane: np.ndarray) -> Open:
         cap = _cap(faces, edges, np.flatnonzero(in_plane))
         if not len(cap):
             continue
-        closed = np.concatenate([quarters(faces.triangles[own]), cap[:, [0, 1, 3]], cap[:, [0, 3, 2]]])
+        closed = _closed(faces, own, cap)
         a, b, c = np.moveaxis(faces.points[closed] - point, 1, 0)
         volume = float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
         if volume < 0.0 and winds_around(faces.points, closed, point):
@@ -66,6 +66,45 @@ def open_chamber(faces: Faces, point: np.ndarray, in_plane: np.ndarray) -> Open:
             "rim of its opening lies"
         )
     return max(candidates, key=lambda each: each.volume)
+
+
+def opens_around(faces: Faces, found: Open, point: np.ndarray) -> bool:
+    """Whether walls and cap of a chamber are around a point (3,)."""
+    return winds_around(faces.points, _closed(faces, found.triangles, found.cap), point)
+
+
+def part_of_cap(faces: Faces, walls: np.ndarray, in_plane: np.ndarray, cut: np.ndarray) -> np.ndarray:
+    """The parts (c, 4) of the cap, see `Open.cap`, of a chamber of which a mirror plane may leave half.
+
+    The half of a cap ends in the mirror plane, where its parts meet, as those of its image do.
+
+    Parameters
+    ----------
+    faces : Faces
+        Of the part of the body.
+    walls : (k,) int
+        Those of the chamber.
+    in_plane, cut : (n,) bool
+        The nodes in the plane of the port, and those among which the parts of the cap meet.
+
+    Raises
+    ------
+    MeshError
+        If there are none of the latter beside the rim; a sentence whose subject is the file.
+    """
+    own = faces.triangles[walls]
+    edges = np.stack([own[:, [0, 1, 3]], own[:, [1, 2, 4]], own[:, [2, 0, 5]]], axis=1).reshape(-1, 3)
+    _, first, count = np.unique(edges[:, 2], return_index=True, return_counts=True)
+    rim = edges[first[(count == 1) & in_plane[edges[first]].all(axis=1)]]
+    cap = _cap(faces, rim, np.flatnonzero(in_plane & cut))
+    if not len(cap):
+        raise MeshError("has a port that cannot be cut in a mirror plane; leave that plane out of body.symmetry")
+    return cap
+
+
+def _closed(faces: Faces, walls: np.ndarray, cap: np.ndarray) -> np.ndarray:
+    """Flat triangles (t, 3) of walls and cap."""
+    return np.concatenate([quarters(faces.triangles[walls]), cap[:, [0, 1, 3]], cap[:, [0, 3, 2]]])
 
 
 def _cap(faces: Faces, rim: np.ndarray, beside: np.ndarray) -> np.ndarray:

@@ -130,9 +130,9 @@ class TetMesh:
     covers : dict of Covered
         Where sheets and fibres lie, by their names.
     caps : dict of (c, 4) int
-        What closes the ports of chambers, by their names, for volume and pressure alone: the nodes of six-node
-        triangles whose edges are straight but for the one from the second to the third, whose mid-side node is the
-        fourth. Normals point into the chamber.
+        What closes the ports of chambers, by their names as in `faces`, for volume and pressure alone: the nodes of
+        six-node triangles whose edges are straight but for the one from the second to the third, whose mid-side node
+        is the fourth. Normals point into the chamber.
     """
 
     points: np.ndarray

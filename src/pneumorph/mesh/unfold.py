@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from pneumorph.symmetry.part import turns_of
 
 # Nodes of mirror images are reordered so that the orientation is preserved.
 _TET_IMAGE = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
+_CAP_IMAGE = [0, 2, 1, 3]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +73,17 @@ def _doubled(mesh: TetMesh, plane: str) -> Unfolded:
             faces |= {f"chamber {' '.join(own)}": triangles, f"chamber {' '.join(other)}": mirrored}
         elif name != f"mirror {plane}":
             faces[name] = np.concatenate([triangles, mirrored])
+    caps = {}
+    for name, nodes in mesh.caps.items():
+        mirrored = image[nodes[:, _CAP_IMAGE]]
+        own, other = _shared_out(mesh, f"chamber {name}", plane)
+        if other:
+            caps |= {" ".join(own): nodes, " ".join(other): mirrored}
+        else:
+            caps[name] = np.concatenate([nodes, mirrored])
     tets = np.concatenate([mesh.tets, image[mesh.tets[:, _TET_IMAGE]]])
-    return _unfolded(mesh, points, tets, faces, [np.arange(n), image], source, turn)
+    unfolded = _unfolded(mesh, points, tets, faces, [np.arange(n), image], source, turn)
+    return replace(unfolded, mesh=replace(unfolded.mesh, caps=caps))
 
 
 def _joined(mesh: TetMesh) -> Unfolded:

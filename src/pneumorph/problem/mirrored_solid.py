@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.cad.parts import triangles_where
+from pneumorph.cad.faces import Faces
+from pneumorph.cad.parts import FLAT, InPlane, triangles_where
+from pneumorph.cad.ports import Open, opens_around
 from pneumorph.cad.shells import SYMMETRIC, Shell, asymmetry, encloses
 from pneumorph.cad.solids import solids_at
 from pneumorph.errors import MeshError
@@ -22,9 +24,9 @@ CUT = ("step", "brep")
 def keeps_solid(problem: Problem, body: SolidSpec, plane: str) -> bool:
     """Whether half of a body, on one side of the mirror plane "xz" or "yz", can be meshed and stands for all of it.
 
-    Base, tip, regions, sheets and fibres have to be their own images. Chambers with ports have caps over whole rims.
+    Base, tip, regions, sheets and fibres have to be their own images, and ports those of chambers' images.
     """
-    if body.format not in CUT or any(each.port is not None for each in body.chamber):
+    if body.format not in CUT:
         return False
     matrix = np.diag(np.array(MIRRORS[plane], float))
     faces, parts = body.outline, body.parts.triangles
@@ -41,15 +43,33 @@ def keeps_solid(problem: Problem, body: SolidSpec, plane: str) -> bool:
 
 def chamber_images(body: SolidSpec, plane: str) -> dict[str, str] | None:
     """The image of each chamber in a mirror plane, by their names; None if one has none."""
-    faces, found = body.outline, body.parts.chambers
+    faces, found, ports = body.outline, body.parts.chambers, {name: at.port for name, at in body.chambers_at.items()}
     images = {}
     for chamber in body.chamber:
         point = np.array(chamber.inside) * MIRRORS[plane]
-        names = [name for name, void in found.items() if isinstance(void, Shell) and encloses(faces, void, point)]
-        if not names:
+        names = [name for name, void in found.items() if _around(faces, void, point)]
+        if not names or not _is_image(faces, ports[chamber.name], ports[names[0]], plane):
             return None
         images[chamber.name] = names[0]
     return images
+
+
+def cut_twice(body: SolidSpec) -> bool:
+    """Whether both mirror planes cut a port: parts of a quarter's cap would have to meet on the axis, off the body."""
+    images = [chamber_images(body, plane) or {} for plane in ("xz", "yz")]
+    own = [each.name for each in body.chamber if each.port is not None]
+    return any(all(other.get(name) == name for other in images) for name in own)
+
+
+def _around(faces: Faces, void: Shell | Open, point: NDArray[np.float64]) -> bool:
+    return encloses(faces, void, point) if isinstance(void, Shell) else opens_around(faces, void, point)
+
+
+def _is_image(faces: Faces, one: InPlane | None, other: InPlane | None, plane: str) -> bool:
+    """Whether the plane of one port is the image of another's, or neither is there."""
+    if one is None or other is None:
+        return one is other
+    return one.axis == other.axis and abs(one.at * MIRRORS[plane][one.axis] - other.at) <= FLAT * faces.diagonal
 
 
 def _keeps_regions(problem: Problem, body: SolidSpec, matrix: NDArray[np.float64]) -> bool:

@@ -263,9 +263,12 @@ def _caps(mesh: TetMesh, chambers: tuple[str, ...], sealed: Container[str]) -> C
 
 
 def _shares(mesh: TetMesh, chambers: tuple[str, ...], names: Sequence[str]) -> np.ndarray:
-    """Shares (c, C) of the parts of the caps of chambers in the volumes of all."""
-    owner = np.repeat([chambers.index(name) for name in names], [len(mesh.caps[name]) for name in names])
-    return -np.eye(len(chambers))[owner.astype(int)]
+    """Shares (c, C) of the parts of caps in the volumes of all chambers, see `_cavities`; a cap has their names."""
+    shares = np.zeros((len(names), len(chambers)))
+    for row, name in enumerate(names):
+        own = name.split()
+        shares[row, [chambers.index(each) for each in own]] = -1.0 / len(own)
+    return np.repeat(shares, [len(mesh.caps[name]) for name in names], axis=0)
 
 
 def near_tip(groups: Iterable[Group], number: np.ndarray) -> tuple[Group, ...]:

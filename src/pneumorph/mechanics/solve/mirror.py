@@ -10,7 +10,7 @@ import numpy as np
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting_in
 from pneumorph.problem.designed import reinforcements
-from pneumorph.problem.mirrored_solid import chamber_images, keeps_solid
+from pneumorph.problem.mirrored_solid import chamber_images, cut_twice, keeps_solid
 from pneumorph.problem.reinforcement import EXTERIOR
 from pneumorph.symmetry.images import image
 from pneumorph.symmetry.operations import MIRRORS, NORMALS, operations
@@ -37,7 +37,8 @@ def mirrors_of(
         return ()
     applied = applied_pressures(problem, pressures)
     loads = list(acting_in(problem).values() if under is None else under)
-    return tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied, loads))
+    planes = tuple(plane for plane in ("xz", "yz") if _is_symmetric(problem, plane, applied, loads))
+    return planes[:1] if len(planes) == 2 and problem.solid is not None and cut_twice(problem.solid) else planes
 
 
 def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -> list[Pressures]:

@@ -9,17 +9,20 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.cad.faces import Faces
-from pneumorph.cad.parts import Parts, Place, Where, faces_where, meeting_where, parts_of, triangles_where
+from pneumorph.cad.parts import FLAT, Parts, Place, Where, faces_where, meeting_where, parts_of, triangles_where
+from pneumorph.cad.ports import Open, part_of_cap
+from pneumorph.cad.shells import Shell
 from pneumorph.cad.solids import grouped, groups_of
 from pneumorph.geometry import Body
 from pneumorph.geometry.lattice import LatticeSurface
 from pneumorph.geometry.lattice.between import in_the_file, weights_between
 from pneumorph.mesh.build import Boundary, mesh_within
-from pneumorph.mesh.cut import with_cut_regions
+from pneumorph.mesh.cut import IN_PLANE, with_cut_regions
 from pneumorph.mesh.faces.cover import FaceCover, covered
 from pneumorph.mesh.faces.part import as_in
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.tets import Covered, TetMesh
+from pneumorph.symmetry.operations import NORMALS
 from pneumorph.symmetry.part import Part
 
 
@@ -95,7 +98,8 @@ class FacesMesher:
         nodes, solids = B @ body.control_points() + offset, self._solids(found)
         if self.part:
             faces, solids, nodes = with_cut_regions(faces, solids, nodes, self.part, size)
-        return Capped(B, offset, faces, nodes, solids, caps=parts.caps, covers=covers)
+        caps = {self._named(f"chamber {name}").removeprefix("chamber "): own for name, own in parts.caps.items()}
+        return Capped(B, offset, faces, nodes, solids, caps=caps, covers=covers)
 
     def _of_all(self, size: float) -> tuple[Faces, Parts, dict[str, Covered]]:
         """The faces of the whole body, which of them are what, and what covers them."""
@@ -112,15 +116,30 @@ class FacesMesher:
         one, other = group[found.sides.T]
         found, meeting = grouped(found, group), meeting[one != other]
         known = parts_of(grouped(whole, group), *self.ends, self.chambers)
-        parts = Parts(
-            {name: np.flatnonzero(np.isin(twin, own)) for name, own in known.triangles.items()}, known.chambers
-        )
+        triangles = {name: np.flatnonzero(np.isin(twin, own)) for name, own in known.triangles.items()}
+        parts = Parts(triangles, self._open_in_part(found, triangles, known.chambers))
 
         def on(where: Where) -> np.ndarray:
             chosen, touching = faces_where(whole, where), meeting_where(whole, where)
             return np.concatenate([found.triangles[chosen[twin]], found.between[touching[meeting]]])
 
         return found, parts, covered(found, parts, self.covers, on)
+
+    def _open_in_part(
+        self, found: Faces, triangles: Mapping[str, np.ndarray], chambers: Mapping[str, Shell | Open]
+    ) -> dict[str, Shell | Open]:
+        """The chambers with ports that a part has, with their walls and caps there."""
+        parts: dict[str, Shell | Open] = {}
+        for name, each in chambers.items():
+            own, port = triangles[f"chamber {name}"], self.chambers[name].port
+            if isinstance(each, Open) and port is not None and len(own):
+                cut = np.ones(len(found.points), bool)
+                for plane in self.part:
+                    if self.images[plane][name] == name:
+                        cut &= np.abs(found.points[:, NORMALS[plane]]) <= IN_PLANE
+                cap = part_of_cap(found, own, port.holds(found, FLAT * found.diagonal), cut)
+                parts[name] = replace(each, triangles=own, cap=cap)
+        return parts
 
     def _named(self, name: str) -> str:
         """The name of a face in the mesh: that of a chamber has those of its images too, see `TetMesh.faces`."""
