@@ -7,7 +7,12 @@ from solids import box, cylinder, problem, written
 
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.lattice.pieces import patches_of
-from pneumorph.optimize import DesignAccepted, Finished, build_setup, optimise
+from pneumorph.geometry.starting import space_of
+from pneumorph.limits.of_shape import limits_of
+from pneumorph.limits.table import ROWS
+from pneumorph.optimize import DesignAccepted, Finished, build_setup, optimise, within
+from pneumorph.optimize.linear_limits import linear_limits
+from pneumorph.optimize.smoothing import build_smoothing
 from pneumorph.optimize.start import resumed
 from pneumorph.problem import loads
 
@@ -94,6 +99,23 @@ def test_a_design_is_resumed(setup, events):
     middle = [event for event in events if isinstance(event, DesignAccepted)][2]
     again = resumed(setup, middle.state)
     assert again.analysis.value == pytest.approx(middle.entry.objective, rel=1e-6)
+
+
+def test_faces_that_stay_at_the_envelope_ask_for_no_motion(folder, monkeypatch):
+    bound = REST.replace(f'["{HALF} mm", "9 mm"', '["6 mm", "9 mm"')
+    asked = loads(problem("finger.step", size="4.5 mm") + bound, folder=folder)
+    space = space_of(asked)
+    limits, smooth, motions, move = limits_of(asked, space.reference), build_smoothing(space), [], within.least_motion
+    monkeypatch.setattr(within, "least_motion", lambda *given: motions.append(given) or move(*given))
+    wave = smooth.apply(np.random.default_rng(0).uniform(-1, 1, space.n))
+    found = within.within(space, smooth, limits, space.start + 0.9 * wave / np.abs(wave).max())
+    assert isinstance(found, within.Within)
+    # Five in vain would follow if rows that no motion changes counted.
+    assert len(motions) < 5
+    rows = limits.rows(space.body(found.phi), 0.1, -0.05)
+    stay = abs(rows.jacobian @ space.L).sum(axis=1) < 1e-9
+    assert (rows.kind[stay] == ROWS.index("envelope")).any()
+    assert (abs(linear_limits(space, limits, found.phi, 0.1, -0.05).jacobian).sum(axis=1) > 1e-4).all()
 
 
 def test_what_is_not_covered_is_refused(folder):
