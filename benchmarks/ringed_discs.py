@@ -84,7 +84,7 @@ DISCS = (
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--size", type=float, default=10.0, help="of the elements, mm")
     parser.add_argument("--stiffness", type=float, default=3.0, help="of the fabric, N/mm")
     parser.add_argument("--force", type=float, default=24.525, help="the load, N")
