@@ -107,7 +107,8 @@ def test_what_cannot_work_is_ruled_out():
     assert not {"profile", "pneunet", "bellows"} & names(target("extension"))
     assert "pneunet" not in names(target("bending_y", limits={"curvature": "0.2 /mm^2"}))
     assert "around2" in names(target("bending_y", "-bending_y"))
-    assert "central" not in names(target("twist"))
+    assert names(target("twist")) == {"threads"}
+    assert names(target("twist", reinforcement=True)) == {"threads", "helix"}
     assert "wound" not in names(target("bending_y"))
     assert "wound" in names(target("bending_y", reinforcement=True))
 

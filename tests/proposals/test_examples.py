@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from pneumorph.proposals import draw_candidates, load_target
+from pneumorph.proposals.estimates import impossible
 
 TARGETS = sorted((Path(__file__).parents[2] / "examples" / "targets").glob("*.toml"))
 
@@ -13,3 +14,4 @@ TARGETS = sorted((Path(__file__).parents[2] / "examples" / "targets").glob("*.to
 def test_bodies_are_drawn(path):
     found = list(draw_candidates(load_target(path), 8))
     assert sum(each.problem is not None for each in found) >= 6
+    assert not impossible(load_target(path))

@@ -5,9 +5,9 @@ from pneumorph.proposals.layouts.profiles import PROFILE, SHEET
 from pneumorph.proposals.layouts.rows import ROWS
 from pneumorph.proposals.layouts.several import ALONG, AROUND
 from pneumorph.proposals.layouts.single import BESIDE_AXIS, CENTRAL, THREADS
-from pneumorph.proposals.layouts.wound import WOUND
+from pneumorph.proposals.layouts.wound import HELIX, WOUND
 
-LAYOUTS: tuple[Layout, ...] = (CENTRAL, BESIDE_AXIS, THREADS, *AROUND, ALONG, WOUND, PROFILE, SHEET, *ROWS)
+LAYOUTS: tuple[Layout, ...] = (CENTRAL, BESIDE_AXIS, THREADS, *AROUND, ALONG, WOUND, HELIX, PROFILE, SHEET, *ROWS)
 """All of them."""
 
 __all__ = ["LAYOUTS", "Drawn", "Draws", "Layout", "NoRoom"]

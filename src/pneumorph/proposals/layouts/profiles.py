@@ -22,7 +22,7 @@ from pneumorph.proposals.layouts.layout import (
     span,
 )
 from pneumorph.proposals.layouts.single import BESIDE, bends_one_way
-from pneumorph.proposals.layouts.wound import CLOTH, THREAD
+from pneumorph.proposals.layouts.wound import CLOTH, NOT_ALLOWED, THREAD
 from pneumorph.proposals.target import Target
 
 SHAPES = ("half-round", "rectangle", "ellipse")
@@ -152,7 +152,7 @@ def _draw_profile(target: Target, draws: Draws) -> Drawn:
 
 def _sheet(target: Target) -> str:
     if not target.reinforcement:
-        return "cloth and thread are not allowed; reinforcement = true allows them"
+        return NOT_ALLOWED
     return bends_one_way(target)
 
 

@@ -19,12 +19,14 @@ from pneumorph.proposals.layouts.layout import (
     tube,
 )
 from pneumorph.proposals.layouts.layout import span as whole_span
-from pneumorph.proposals.layouts.single import one_way
+from pneumorph.proposals.layouts.single import MIRRORED, one_way
 from pneumorph.proposals.target import Target
 
 
 def _around(count: int) -> Layout:
     def unsuited(target: Target) -> str:
+        if target.said and target.motions == {"twist"}:
+            return MIRRORED
         if len(target.task) == 1 and target.said and target.motions <= {"extension"}:
             return "a single chamber extends a body as far, and is easier to make"
         if count == 2 and len({tuple(np.round(np.abs(each), 6)) for each in target.directions}) > 1:
@@ -58,7 +60,7 @@ def _around(count: int) -> Layout:
 
 def _unsuited_along(target: Target) -> str:
     if target.said and target.motions == {"twist"}:
-        return "a body that is its own mirror image does not twist"
+        return MIRRORED
     if target.said and len(target.task) == 1:
         return "chambers one after another at one pressure act as a single one, which is easier to make"
     return one_way(target)

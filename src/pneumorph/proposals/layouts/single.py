@@ -20,6 +20,9 @@ from pneumorph.proposals.target import Target
 BESIDE = ({"mirror": ["xz"]}, {"mirror": ["yz"]}, {})
 
 
+MIRRORED = "a body that is its own mirror image does not twist"
+
+
 def one_way(target: Target) -> str:
     """Why one pressure does not do: it bends a body one way only."""
     if len(target.directions) > 1:
@@ -31,7 +34,7 @@ def _central(target: Target) -> str:
     if reason := one_way(target):
         return reason
     if target.said and target.motions == {"twist"}:
-        return "a body that is its own mirror image does not twist"
+        return MIRRORED
     return ""
 
 
@@ -73,7 +76,7 @@ def _draw_threads(target: Target, draws: Draws) -> Drawn:
     body, radius = tube(target, draws, rings=False)
     inner = fitting(target, radius, draws.between(0.4, 0.65) * radius)
     lobes, period = draws.one_of((2, 3, 4)), target.space.length / draws.one_of((1, 2, 3))
-    sense = -1 if any(_sense(task) < 0 for task in target.task) else 1
+    sense = sense_of(target)
     body["ripple"] = {"amplitude": mm(draws.between(0.02, 0.06) * radius), "period": mm(period), "lobes": sense * lobes}
     body["chamber"] = [chamber("A", inner, ON_AXIS, span(target))]
     turned = {"rotation": lobes}
@@ -82,9 +85,10 @@ def _draw_threads(target: Target, draws: Draws) -> Drawn:
     return Drawn({"body": body}, {"A": ON_AXIS}, symmetries, radius, words)
 
 
-def _sense(task) -> float:
-    asked = task.objective.asked_motions.get("twist")
-    return asked.value if asked else 0.0
+def sense_of(target: Target) -> int:
+    """The sense in which tasks twist a body: 1 counter-clockwise seen from the tip, which is a right-handed screw."""
+    asked = [task.objective.asked_motions.get("twist") for task in target.task]
+    return -1 if any(each is not None and each.value < 0.0 for each in asked) else 1
 
 
 CENTRAL = Layout("central", "one chamber on the axis", _central, _draw_central)
