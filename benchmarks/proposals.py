@@ -199,11 +199,11 @@ WAYS: dict[str, Callable[[list[Body], int, int], float]] = {
 }
 
 
-def compare(out: Path, budgets: Sequence[int], repeats: int) -> None:
+def compare(out: Path, names: Sequence[str], budgets: Sequence[int], repeats: int) -> None:
     """Print, for every target, the mean share of the pool that is better than what each way finds."""
     print("| target | bodies | budget | " + " | ".join(WAYS) + " |")
     print("|---|---|---|" + "---|" * len(WAYS))
-    for name in TARGETS:
+    for name in names:
         bodies = bodies_of(out, name)
         ends = np.array([each.end for each in bodies])
         for budget in budgets:
@@ -225,11 +225,12 @@ def main() -> None:
     make.add_argument("--minutes", type=float, default=600.0)
     among = commands.add_parser("compare")
     among.add_argument("out", type=Path)
+    among.add_argument("--targets", nargs="+", choices=list(TARGETS), default=list(TARGETS))
     among.add_argument("--budgets", type=int, nargs="+", default=[8, 16])
     among.add_argument("--repeats", type=int, default=50)
     asked = parser.parse_args()
     if asked.command == "compare":
-        compare(asked.out, asked.budgets, asked.repeats)
+        compare(asked.out, asked.targets, asked.budgets, asked.repeats)
     else:
         pool(asked.out, asked.candidates, asked.seed, asked.minutes)
 

@@ -92,7 +92,7 @@ def _critical(length: float, stiffness: NDArray[np.float64]) -> float:
 def _slices(problem: Tables) -> tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Thickness (mm) and heights (n,) of slices across the axis, with areas (n,) and second moments (n, 2, 2)."""
     dz = problem.tubes.length / SLICES
-    z = dz * (np.arange(SLICES) + 0.5)
+    z = np.asarray(dz * (np.arange(SLICES) + 0.5), dtype=np.float64)
     areas, seconds = (np.array(each) for each in zip(*(_section(problem, float(height)) for height in z), strict=True))
     return dz, z, areas, seconds
 
