@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from tolerance import sampled
+from tolerance import drawn, sampled
 
 from pneumorph.analysis import checkpoint
 from pneumorph.analysis.near import Solved
@@ -52,7 +52,9 @@ def main() -> None:
         unit, size, kind = ("mm", 1.0, LENGTH) if number < 3 else ("°", 1.0 / UNITS["°"], ANGLE)
         design = last(run)
         scatter = scatter_of(design, tolerances)[asked.task]
-        motions, missing = sampled(design, asked.task, tolerances, asked.samples, asked.seed)
+        answers = sampled(design, asked.task, drawn(design, tolerances, asked.samples, asked.seed))
+        motions = np.array([each for each in answers if each is not None])
+        missing = len(answers) - len(motions)
         found, within = motions[:, number], parse(asked.within, kind)
         good = int(np.sum(np.abs(found - target) <= within))
         print(
