@@ -203,15 +203,21 @@ class Displaced:
 
     def bends_over(self, first: Ints, last: Ints) -> Floats:
         """The same (n, 3, 3) on boxes from the first to the last knot span (n, 3) along each axis."""
-        return np.stack(
-            [np.stack([self._over(size, first, last) for size in row], axis=1) for row in self._sizes[1]], 1
-        )
+        counts = self.patches.lattice.spans
+        # Many boxes are the same.
+        code = np.ravel_multi_index((*first.T, *last.T), (*counts, *counts))
+        _, some, which = np.unique(code, return_index=True, return_inverse=True)
+        found = np.empty((len(some), 3, 3))
+        for (k, m), size in self._sizes[1].items():
+            found[:, k, m] = found[:, m, k] = self._over(size, first[some], last[some])
+        return found[which]
 
     @cached_property
-    def _sizes(self) -> tuple[list[Floats], list[list[Floats]]]:
+    def _sizes(self) -> tuple[list[Floats], dict[tuple[int, int], Floats]]:
         """Bounds of the lengths of first and second derivatives on every knot cell."""
         axes = np.eye(3, dtype=int)
-        return [self._size(axis) for axis in axes], [[self._size(one + other) for one in axes] for other in axes]
+        pairs = combinations_with_replacement(range(3), 2)
+        return [self._size(axis) for axis in axes], {(k, m): self._size(axes[k] + axes[m]) for k, m in pairs}
 
     @cached_property
     def _twists(self) -> Floats:
