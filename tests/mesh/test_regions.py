@@ -1,5 +1,6 @@
 """Layers of other rubbers: meshed so that they fit together, of the right size and place, moving with the surfaces."""
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -84,11 +85,15 @@ def meshed(asked: Problem, body: Body, mirrors: tuple[str, ...] = ("xz",)) -> Mo
     return mesh_body(body, 3.5, mirrors, linings, (), levels, build_wedges(asked.tubes, asked.region))
 
 
-@pytest.fixture(scope="module", params=CASES.values(), ids=list(CASES))
+@cache
+def half(name: str) -> Morph:
+    asked, _ = CASES[name]
+    return meshed(asked, starting_body(asked.tubes))
+
+
+@pytest.fixture(scope="module", params=CASES)
 def case(request: pytest.FixtureRequest):
-    asked, volumes = request.param
-    body = starting_body(asked.tubes)
-    return asked, volumes, meshed(asked, body)
+    return *CASES[request.param], half(request.param)
 
 
 def volume(mesh: TetMesh, elements: np.ndarray) -> float:
@@ -184,11 +189,16 @@ def thickness_at(morph: Morph, asked: Problem) -> list[float]:
 
 @pytest.mark.parametrize(("name", "radius"), [("sleeve", 5.0), ("dome", 5.0), ("layer", 7.0)])
 def test_the_interface_is_at_the_thickness(name: str, radius: float) -> None:
-    asked, _ = CASES[name]
+    found = thickness_at(half(name), CASES[name][0])
+    assert len(found) > 4
+    assert found == pytest.approx([radius] * len(found), rel=2e-3)
+
+
+def test_a_whole_body_has_its_surfaces_as_faces() -> None:
+    asked, _ = CASES["layer"]
     morph = meshed(asked, starting_body(asked.tubes), ())
     found = thickness_at(morph, asked)
-    assert len(found) > 8
-    assert found == pytest.approx([radius] * len(found), rel=2e-3)
+    assert len(found) > 8 and found == pytest.approx([7.0] * len(found), rel=2e-3)
     # Nothing differs in the faces, in whole bodies as in halves.
     assert set(morph.mesh.faces) == {"base", "tip", "exterior", "chamber A"}
     assert all(len(one) for one, _ in pairwise(morph.mesh.faces.values()))
