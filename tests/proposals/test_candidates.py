@@ -90,8 +90,8 @@ def test_symmetry_is_as_much_as_tasks_allow(motions, layout, mirror):
     assert all(each.posed.body.symmetry.mirror == mirror for each in found)
 
 
-def test_threads_have_turns_and_twist_to_the_side_that_is_asked():
-    for motion, sign in (("twist", 1), ("-twist", -1)):
+def test_threads_have_turns_and_are_wound_against_the_twist_that_is_asked():
+    for motion, sign in (("twist", -1), ("-twist", 1)):
         found = [each.posed.body for each in drawn_as(target(motion), "threads", 3)]
         assert found
         assert all(np.sign(body.ripple.lobes) == sign for body in found)
@@ -214,3 +214,11 @@ def stated(**motions):
 def test_what_no_pressure_in_the_space_can_do_is_refused_with_its_key(motions, spring, key):
     words = impossible(Target.model_validate(stated(**motions) | {"end_effector": {"spring": spring}}))
     assert words.startswith(f"task[0].objective.{key}") if key else words == ""
+
+
+@pytest.mark.parametrize("motion, sign", [("twist", -1), ("-twist", 1)])
+def test_thread_in_one_sense_is_wound_against_the_twist_that_is_asked(motion, sign):
+    for each in drawn_as(target(motion, reinforcement=True), "helix", 2):
+        [thread] = each.posed.fibres
+        assert thread.families == 1 and np.sign(thread.winding.start) == sign
+        assert each.posed.body.symmetry.rotation == 3

@@ -76,8 +76,13 @@ def _draw_threads(target: Target, draws: Draws) -> Drawn:
     body, radius = tube(target, draws, rings=False)
     inner = fitting(target, radius, draws.between(0.4, 0.65) * radius)
     lobes, period = draws.one_of((2, 3, 4)), target.space.length / draws.one_of((1, 2, 3))
+    # Shallow threads unwind: a body with right-handed ones twists clockwise.
     sense = sense_of(target)
-    body["ripple"] = {"amplitude": mm(draws.between(0.02, 0.06) * radius), "period": mm(period), "lobes": sense * lobes}
+    body["ripple"] = {
+        "amplitude": mm(draws.between(0.02, 0.06) * radius),
+        "period": mm(period),
+        "lobes": -sense * lobes,
+    }
     body["chamber"] = [chamber("A", inner, ON_AXIS, span(target))]
     turned = {"rotation": lobes}
     symmetries = (turned | {"half_turn": "x"}, turned, {})
