@@ -132,8 +132,11 @@ def next_size(found: Sequence[Sized], asked: float) -> float:
 
 
 def is_estimated(problem: Problem, number: int) -> bool:
-    """Whether the error of a design is estimated once it is accepted: it takes 20 to 50 equivalents."""
-    return number == 0 or (problem.mesh.error is not None and number % EVERY == 0)
+    """Whether the error of a design is estimated once it is accepted, as `mesh.error` needs it.
+
+    It takes 20 to 50 equivalents, more than several designs, so that without an error to keep only the last one has it.
+    """
+    return problem.mesh.error is not None and number % EVERY == 0
 
 
 def outgrown(problem: Problem, disc: Discretisation, errors: Mapping[str, MeshError]) -> float | None:

@@ -136,8 +136,8 @@ class HistoryEntry:
     castings : {name: TaskResult}
         Where designs are robust, of the perturbed castings with which they were compared, by task and number.
     finer : {task: FineResult}
-        Estimates of results without the error of the mesh, of the designs of which they are made: the start, the last
-        design of a run that has ended, and those that are looked at for `mesh.error`.
+        Estimates of results without the error of the mesh, of the designs of which they are made: the last design
+        of a run that has ended, and those that are looked at for `mesh.error`.
     """
 
     iteration: int
