@@ -45,6 +45,9 @@ from pneumorph.symmetry.part import Part, turns_of
 MOST_FACTORISATIONS = 40
 """Most factorisations of one search, so that it ends in reasonable time also where there is nothing to find."""
 
+FEW_FACTORISATIONS = 10
+"""The same where it is known that there may be nothing to find, and a state is known beside it."""
+
 STRIDE = 6
 """From rest, pressures are raised in so many steps, each predicted from those before it: for soft bodies at their full
 pressures that takes less than half of what Newton's method takes from rest."""
@@ -141,7 +144,7 @@ class Explorer:
         return Explored(step, Fields(meshed.mesh, {task: answer.u}, {task: nodal_stretch(meshed.mesh, answer.u)}))
 
     def solved(
-        self, pressures: Mapping[str, float], like: Mapping[str, float]
+        self, pressures: Mapping[str, float], like: Mapping[str, float], near: bool = False
     ) -> tuple[Configuration, Equilibrium | NoEquilibrium, Tangent]:
         """The equilibrium at pressures, and the tangent that was factorised near it.
 
@@ -150,6 +153,8 @@ class Explorer:
         pressures : {chamber: MPa}
         like : {chamber: MPa}
             Pressures by which it is chosen what is solved: all of the body for those that are not symmetric.
+        near : bool
+            Whether it is given up soon where it is not found from the nearest known states.
 
         Raises
         ------
@@ -158,7 +163,7 @@ class Explorer:
         """
         meshed = self._meshed(dict(like))
         at = self._at(meshed, pressures)
-        answer = meshed.search(at, self._strides(meshed, pressures), lambda: False)
+        answer = meshed.search(at, None if near else self._strides(meshed, pressures), lambda: False)
         return (settled(at, answer) if isinstance(answer, Equilibrium) else at), answer, meshed.tangent
 
     def whole(self, like: Mapping[str, float]) -> Whole | None:
@@ -262,27 +267,29 @@ class _Meshed:
     known: list[tuple[Configuration, State]]
 
     def search(
-        self, at: Configuration, way: Sequence[Configuration], stop: Callable[[], bool]
+        self, at: Configuration, way: Sequence[Configuration] | None, stop: Callable[[], bool]
     ) -> Equilibrium | NoEquilibrium:
-        """The equilibrium from the nearest known states, or else along a way from rest."""
+        """The equilibrium from the nearest known states, or else along a way from rest, if there is one."""
         self.tangent.stop = stop
         if near := self._near(at.loads):
-            answer = self._from(near, at)
-            if isinstance(answer, Equilibrium) or stop():
+            answer = self._from(near, at, MOST_FACTORISATIONS if way is not None else FEW_FACTORISATIONS)
+            if isinstance(answer, Equilibrium) or way is None or stop():
                 return answer
         # From rest, whatever is known: from there nothing was found.
         walked: list[tuple[Configuration, State]] = []
-        for step in way:
+        for step in way or ():
             answer = self._from(walked[-2:], step)
             if isinstance(answer, NoEquilibrium) or stop():
                 return answer
             walked.append((step, answer.state))
         return self._from(walked[-2:], at)
 
-    def _from(self, near: list[tuple[Configuration, State]], at: Configuration) -> Equilibrium | NoEquilibrium:
+    def _from(
+        self, near: list[tuple[Configuration, State]], at: Configuration, most: int = MOST_FACTORISATIONS
+    ) -> Equilibrium | NoEquilibrium:
         """The equilibrium from one or two known states, from rest without any."""
         start, since = secant_start(near, at), near[-1] if near else None
-        answer = solve(at, self.tangent, start, since=since, most=MOST_FACTORISATIONS)
+        answer = solve(at, self.tangent, start, since=since, most=most)
         if isinstance(answer, Equilibrium):
             self.known.append((at, answer.state))
         return answer

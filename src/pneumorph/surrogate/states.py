@@ -66,12 +66,12 @@ class States:
         self._measured = None
         self.solved = self.factorisations = self.dofs = 0
 
-    def at(self, pressures: np.ndarray) -> Sample | str:
-        """The state at pressures (C,) in MPa, or why there is none that is stable."""
-        at, answer, tangent = self._explorer.solved(self._named(pressures), self._like)
+    def at(self, pressures: np.ndarray, near: bool = False) -> Sample | str:
+        """The state at pressures (C,) in MPa, or why there is none that is stable; see `Explorer.solved`."""
+        at, answer, tangent = self._explorer.solved(self._named(pressures), self._like, near)
         self.solved, self.dofs = self.solved + 1, at.model.size
         if isinstance(answer, NoEquilibrium):
-            return answer.reason
+            return "no state was found from those beside it" if near else answer.reason
         self.factorisations += answer.factorisations
         if self._explorer.skin(self._like).intersects_itself(at.X + answer.u):
             return "the body intersects itself"
@@ -104,7 +104,7 @@ class States:
         reason, last, low, high = found, None, 0.0, 1.0
         while high - low > 1.0 / FINEST:
             middle = (low + high) / 2
-            there = self.at(base + middle * (pressures - base))
+            there = self.at(base + middle * (pressures - base), near=True)
             if isinstance(there, Sample):
                 low, last = middle, there
             else:
