@@ -51,7 +51,7 @@ def test_an_example_goes_through(path, tmp_path, monkeypatch):
     """Its first step is made on a new mesh, so that both kinds of checkpoints are resumed from.
 
     The error of the mesh is estimated of the last design alone, and states on the way to it are for pictures, which
-    others test: both take longer than the designs.
+    others test.
     """
     monkeypatch.setattr(trial, "needs_remesh", lambda *_: "it is asked for")
     monkeypatch.setattr(start, "with_errors", lambda _, begun: begun)
