@@ -48,25 +48,52 @@ def least_motion(
         To which rows are met.
     settings : MotionSettings
     """
-    transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
+    multipliers, own = np.zeros(len(excess)), np.zeros(len(excess), bool)
+    motion = _moved(smooth, slope)
+    for _ in range(settings.rounds):
+        # Most rows stay met: only those that a motion would not meet are taken into account.
+        left = ~own & (excess + jacobian @ motion.smooth > accuracy)
+        if not left.any():
+            break
+        own |= left
+        rows = np.flatnonzero(own)
+        part = jacobian[rows]
+        near = accuracy[rows] if isinstance(accuracy, np.ndarray) else accuracy
+        multipliers[rows] = _balanced(smooth, part, excess[rows], slope, near, multipliers[rows], settings)
+        motion = _moved(smooth, slope + part.T @ multipliers[rows])
+    return motion
 
-    def raw(multiplier: np.ndarray) -> np.ndarray:
-        return -smooth.transpose(slope + transposed @ multiplier)
+
+def _moved(smooth: Smoothing, slope: np.ndarray) -> SmoothMotion:
+    """The motion down a slope (n,)."""
+    z = -smooth.transpose(slope)
+    return SmoothMotion(z, smooth.apply(z))
+
+
+def _balanced(
+    smooth: Smoothing,
+    jacobian: sparse.csr_array,
+    excess: np.ndarray,
+    slope: np.ndarray,
+    accuracy: np.ndarray | float,
+    start: np.ndarray,
+    settings: MotionSettings,
+) -> np.ndarray:
+    """The multipliers (m,) of rows c + J Ψ ≤ 0, from those known or else one by one; see `least_motion`."""
+    transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
 
     def product(multiplier: np.ndarray) -> np.ndarray:
         return jacobian @ smooth.apply(smooth.transpose(transposed @ multiplier))
 
     whole = moduli @ smooth.moduli.apply(smooth.moduli.transpose(moduli.T @ np.ones(len(excess))))
     scale = tightened(np.maximum(whole, 1e-12), product)
-    elastic = settings.compliance * scale
-    multipliers = minimise(
-        lambda multiplier: elastic * multiplier - (excess + jacobian @ smooth.apply(raw(multiplier))),
-        np.maximum(excess, 0.0) / scale,
+    elastic, pushed = settings.compliance * scale, excess - jacobian @ smooth.apply(smooth.transpose(slope))
+    return minimise(
+        lambda multiplier: elastic * multiplier - pushed + product(multiplier),
+        np.where(start > 0.0, start, np.maximum(excess, 0.0) / scale),
         np.zeros(len(excess)),
         np.full(len(excess), np.inf),
         scale + elastic,
         settings.iterations,
         accuracy / (scale + elastic),
     )
-    z = raw(multipliers)
-    return SmoothMotion(z, smooth.apply(z))

@@ -116,11 +116,14 @@ class SequentialQuadratic:
             multiplier, scale = (multipliers / np.maximum(sharing, 1.0))[rows.kind, rows.cell], program.scale()
             multiplier = np.concatenate([multiplier, on_states])
             lower, upper = np.maximum(bounds[0], z - room), np.minimum(bounds[1], z + room)
-            iterate = at_rest(z)
+            iterate, change, near, own = at_rest(z), change, program, multiplier
             for _ in range(PROGRAM.rounds):
-                slope = program.slope(multiplier)
+                slope = near.slope(own)
                 iterate = advanced(slope, iterate, lower, upper, scale, PROGRAM.iterations, PROGRAM.accuracy * radius)
-                multiplier = program.multiplier(multiplier, self.smooth.apply(iterate.z))
+                before, change = change, self.smooth.apply(iterate.z)
+                multiplier = program.multiplier(multiplier, change)
+                some = program.reached(multiplier, change, change - before)
+                near, own = program.part(some), multiplier[some]
             z = iterate.z
             multipliers = np.zeros_like(multipliers)
             np.add.at(multipliers, (rows.kind, rows.cell), multiplier[: len(rows.kind)])
@@ -163,9 +166,22 @@ class _Program:
     def transposed(self) -> sparse.csr_array:
         return sparse.csr_array(self.jacobian.T)
 
+    @cached_property
+    def moduli(self) -> sparse.csr_array:
+        return abs(self.jacobian)
+
     def multiplier(self, multiplier: np.ndarray, change: np.ndarray) -> np.ndarray:
         """λ ← max(0, λ + ρ c) after a smooth step."""
         return np.maximum(0.0, multiplier + PROGRAM.stiffness * (self.known + self.jacobian @ change))
+
+    def reached(self, multiplier: np.ndarray, change: np.ndarray, further: np.ndarray) -> np.ndarray:
+        """Rows that push after a smooth step (n,), or may do so once it has moved by as much as `further` (n,) again."""
+        ahead = self.known + self.jacobian @ change + self.moduli @ np.abs(further)
+        return np.flatnonzero(multiplier + PROGRAM.stiffness * ahead > 0.0)
+
+    def part(self, rows: np.ndarray) -> _Program:
+        """The program with some of its rows alone."""
+        return replace(self, jacobian=self.jacobian[rows], known=self.known[rows])
 
     def slope(self, multiplier: np.ndarray) -> Map:
         """Gradient of the augmented Lagrangian by z, for multipliers λ (m,)."""
@@ -179,7 +195,7 @@ class _Program:
 
     def scale(self) -> np.ndarray:
         """A diagonal (n,) above its Hessian: absolute row sums, tightened."""
-        moduli, factors = abs(self.jacobian), self.proxy.factors
+        moduli, factors = self.moduli, self.proxy.factors
 
         def bound(smooth, jacobian, transposed, factors, z):
             change = smooth.apply(z)
