@@ -48,19 +48,19 @@ def least_motion(
         To which rows are met.
     settings : MotionSettings
     """
-    multipliers, own = np.zeros(len(excess)), np.zeros(len(excess), bool)
-    motion = _moved(smooth, slope)
+    multipliers, motion = np.zeros(len(excess)), _moved(smooth, slope)
+    # Most rows stay met. Only those are taken into account that are not met now, or that a motion would not meet.
+    own = excess >= 0.0
     for _ in range(settings.rounds):
-        # Most rows stay met: only those that a motion would not meet are taken into account.
-        left = ~own & (excess + jacobian @ motion.smooth > accuracy)
-        if not left.any():
-            break
-        own |= left
         rows = np.flatnonzero(own)
         part = jacobian[rows]
         near = accuracy[rows] if isinstance(accuracy, np.ndarray) else accuracy
         multipliers[rows] = _balanced(smooth, part, excess[rows], slope, near, multipliers[rows], settings)
         motion = _moved(smooth, slope + part.T @ multipliers[rows])
+        left = ~own & (excess + jacobian @ motion.smooth > accuracy)
+        if not left.any():
+            break
+        own |= left
     return motion
 
 

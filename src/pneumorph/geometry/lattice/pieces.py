@@ -353,8 +353,8 @@ def _differentiated(net: Floats, axis: int, basis: Basis, times: int) -> Floats:
 def _evaluate(places, box, spans, net, found):
     """Fill in values and derivatives of a trivariate uniform cubic spline, see `Displaced._evaluated`."""
     functions, first = np.zeros((3, 3, 4)), np.zeros(3, np.int64)
-    wide = found.shape[2]
-    weights = np.zeros(wide)
+    line, plane = np.zeros((3, 3)), np.zeros((6, 3))
+    orders = 1 if found.shape[2] == 1 else 2 if found.shape[2] == 4 else 3
     for n in range(len(places)):
         for axis in range(3):
             scale = spans[axis] / (box[1, axis] - box[0, axis])
@@ -368,23 +368,36 @@ def _evaluate(places, box, spans, net, found):
             by[1], by[2] = (3.0 * u - 4.0) * u / 2.0 * scale, -(3.0 * v - 4.0) * v / 2.0 * scale
             twice[0], twice[3] = v * scale * scale, u * scale * scale
             twice[1], twice[2] = (3.0 * u - 2.0) * scale * scale, (3.0 * v - 2.0) * scale * scale
+        # Sums over one axis after another: `line` has derivatives along z, `plane` those along y and z.
         x, y, z = functions
         for i in range(4):
+            plane[:] = 0.0
             for j in range(4):
-                for k in range(4):
-                    weights[0] = x[0, i] * y[0, j] * z[0, k]
-                    if wide > 1:
-                        weights[1] = x[1, i] * y[0, j] * z[0, k]
-                        weights[2] = x[0, i] * y[1, j] * z[0, k]
-                        weights[3] = x[0, i] * y[0, j] * z[1, k]
-                    if wide > 4:
-                        weights[4] = x[2, i] * y[0, j] * z[0, k]
-                        weights[5] = x[1, i] * y[1, j] * z[0, k]
-                        weights[6] = x[1, i] * y[0, j] * z[1, k]
-                        weights[7] = x[0, i] * y[2, j] * z[0, k]
-                        weights[8] = x[0, i] * y[1, j] * z[1, k]
-                        weights[9] = x[0, i] * y[0, j] * z[2, k]
-                    point = net[first[0] + i, first[1] + j, first[2] + k]
+                points = net[first[0] + i, first[1] + j]
+                for m in range(orders):
                     for c in range(3):
-                        for m in range(wide):
-                            found[n, c, m] += weights[m] * point[c]
+                        line[m, c] = 0.0
+                        for k in range(4):
+                            line[m, c] += z[m, k] * points[first[2] + k, c]
+                for c in range(3):
+                    plane[0, c] += y[0, j] * line[0, c]
+                    if orders > 1:
+                        plane[1, c] += y[1, j] * line[0, c]
+                        plane[2, c] += y[0, j] * line[1, c]
+                    if orders > 2:
+                        plane[3, c] += y[2, j] * line[0, c]
+                        plane[4, c] += y[1, j] * line[1, c]
+                        plane[5, c] += y[0, j] * line[2, c]
+            for c in range(3):
+                found[n, c, 0] += x[0, i] * plane[0, c]
+                if orders > 1:
+                    found[n, c, 1] += x[1, i] * plane[0, c]
+                    found[n, c, 2] += x[0, i] * plane[1, c]
+                    found[n, c, 3] += x[0, i] * plane[2, c]
+                if orders > 2:
+                    found[n, c, 4] += x[2, i] * plane[0, c]
+                    found[n, c, 5] += x[1, i] * plane[1, c]
+                    found[n, c, 6] += x[1, i] * plane[2, c]
+                    found[n, c, 7] += x[0, i] * plane[3, c]
+                    found[n, c, 8] += x[0, i] * plane[4, c]
+                    found[n, c, 9] += x[0, i] * plane[5, c]
