@@ -175,7 +175,7 @@ class _Program:
         return np.maximum(0.0, multiplier + PROGRAM.stiffness * (self.known + self.jacobian @ change))
 
     def reached(self, multiplier: np.ndarray, change: np.ndarray, further: np.ndarray) -> np.ndarray:
-        """Rows that push after a smooth step (n,), or may do so once it has moved by as much as `further` (n,) again."""
+        """Rows that push after a smooth step (n,), or may do so once it has moved by `further` (n,) again."""
         ahead = self.known + self.jacobian @ change + self.moduli @ np.abs(further)
         return np.flatnonzero(multiplier + PROGRAM.stiffness * ahead > 0.0)
 
