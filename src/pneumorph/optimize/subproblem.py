@@ -166,17 +166,13 @@ class _Program:
     def transposed(self) -> sparse.csr_array:
         return sparse.csr_array(self.jacobian.T)
 
-    @cached_property
-    def moduli(self) -> sparse.csr_array:
-        return abs(self.jacobian)
-
     def multiplier(self, multiplier: np.ndarray, change: np.ndarray) -> np.ndarray:
         """λ ← max(0, λ + ρ c) after a smooth step."""
         return np.maximum(0.0, multiplier + PROGRAM.stiffness * (self.known + self.jacobian @ change))
 
     def reached(self, multiplier: np.ndarray, change: np.ndarray, further: np.ndarray) -> np.ndarray:
-        """Rows that push after a smooth step (n,), or may do so once it has moved by `further` (n,) again."""
-        ahead = self.known + self.jacobian @ change + self.moduli @ np.abs(further)
+        """Rows that push after a smooth step (n,), or would if they changed by as much again as by `further` (n,)."""
+        ahead = self.known + self.jacobian @ change + np.abs(self.jacobian @ further)
         return np.flatnonzero(multiplier + PROGRAM.stiffness * ahead > 0.0)
 
     def part(self, rows: np.ndarray) -> _Program:
@@ -195,7 +191,7 @@ class _Program:
 
     def scale(self) -> np.ndarray:
         """A diagonal (n,) above its Hessian: absolute row sums, tightened."""
-        moduli, factors = self.moduli, self.proxy.factors
+        moduli, factors = abs(self.jacobian), self.proxy.factors
 
         def bound(smooth, jacobian, transposed, factors, z):
             change = smooth.apply(z)
