@@ -19,7 +19,7 @@ from pneumorph.mechanics.elements.plate import rotation, rotation_vector
 from pneumorph.objective import COMPONENTS, LIMITED, Features
 from pneumorph.optimize.states import KINDS, Limited, linear_states
 from pneumorph.problem import Problem, loads
-from pneumorph.sensitivity import pressure_rate, rate_slopes, taylor_test
+from pneumorph.sensitivity import rate, rate_slopes, taylor_test
 
 PRESSURE = '{ A = { start = "60 kPa", min = "0 kPa", max = "100 kPa" } }'
 
@@ -58,6 +58,7 @@ CASES = {
     "free tip": asked({"motion": {"tilt": "1 deg", "shift_x": "1 mm"}}, end_effector={"kind": "free"}),
     "sensitivity": asked({"sensitivity": "1 deg/kPa"}),
     "of a length, mixed": asked({"sensitivity": "1 mm/kPa"}, "extension", **{"mesh.element": "mixed"}),
+    "stiffness": asked({"stiffness": {"shift_x": "1 N/mm", "bending_y": "100 N*mm/rad", "twist": "100 N*mm/rad"}}),
     "free tip, sensitivity": asked({"sensitivity": "1 deg/kPa"}, end_effector={"kind": "free"}),
 }
 
@@ -102,20 +103,20 @@ def test_derivatives_by_shape_and_pressure(problem):
 
 def test_the_rate_is_the_slope_of_the_path_and_its_derivative_does_not_depend_on_the_step(monkeypatch):
     problem = asked({})
-    _, disc, found = analysed(problem)
-    at, state = found.configurations["extend"], found.equilibria["extend"].state
+    _, disc, analysis = analysed(problem)
+    at, state = analysis.configurations["extend"], analysis.equilibria["extend"].state
     motion, tangent = COMPONENTS["bending_y"], Tangent(disc.model)
 
     def moved(pressure):
         there = replace(at, loads=at.loads._replace(pressure=at.loads.pressure + pressure))
         return motion.at(disc.model, at.X, solve(there, tangent, state).state)
 
-    rate = rate_slopes(at, tangent, state, motion, EXACT)["A"]
-    assert rate.value == pytest.approx((moved(1e-4) - moved(-1e-4)) / 2e-4, rel=1e-5)
-    assert rate.pressure["A"] == pytest.approx((moved(5e-4) - 2 * moved(0.0) + moved(-5e-4)) / 25e-8, rel=1e-3)
-    monkeypatch.setattr(pressure_rate, "BESIDE", 0.5 * pressure_rate.BESIDE)
+    found = rate_slopes(at, tangent, state, motion, EXACT)["A"]
+    assert found.value == pytest.approx((moved(1e-4) - moved(-1e-4)) / 2e-4, rel=1e-5)
+    assert found.pressure["A"] == pytest.approx((moved(5e-4) - 2 * moved(0.0) + moved(-5e-4)) / 25e-8, rel=1e-3)
+    monkeypatch.setattr(rate, "BESIDE", 0.5 * rate.BESIDE)
     half = rate_slopes(at, tangent, state, motion, EXACT)["A"]
-    np.testing.assert_allclose(half.X, rate.X, atol=1e-8 * np.abs(rate.X).max())
+    np.testing.assert_allclose(half.X, found.X, atol=1e-8 * np.abs(found.X).max())
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-4, 1e-2, 0.5, 2.0])

@@ -31,6 +31,8 @@ from pneumorph.analysis.limited import (
     motion_sizes,
     sensitivities,
     sensitivity_rows,
+    stiffness_rows,
+    stiffnesses,
 )
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
@@ -94,6 +96,8 @@ __all__ = [
     "run_gradient_check",
     "sensitivities",
     "sensitivity_rows",
+    "stiffness_rows",
+    "stiffnesses",
     "strain_shares",
     "strain_slopes",
     "thickenings",

@@ -10,7 +10,6 @@ refinement adds is taken from the order with which errors fall.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import jax
@@ -37,9 +36,10 @@ from pneumorph.mechanics.elements.plate import rotation
 from pneumorph.mechanics.solve.balance import apart, free_share, length, residual_at
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.refine import Refined, refine
-from pneumorph.objective import Features, Objective
+from pneumorph.objective import Features, Objective, Workspace
 from pneumorph.problem import Problem
 from pneumorph.results import FineResult, TaskResult
+from pneumorph.sensitivity import objective_value
 
 ORDER = 1.2
 """Order in the size of elements with which errors of motions are taken to fall. It is 4 for smooth solutions, but at
@@ -154,8 +154,15 @@ def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> d
             there, near, searched = found
             here = objective.features(at.model, at.X, state)
             moved = extrapolated(here, objective.features(there.model, there.X, near))
-            pressures = dict(zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True))
-            errors[name] = MeshError(*(_result(objective, each, pressures, searched) for each in (here, moved)))
+            value = finer = analysis.values[name]
+            if objective.instead is None:
+                pressures = dict(zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True))
+                finer = float(objective.value(moved)) + objective.of_pressures(pressures)
+            elif not isinstance(objective.instead, Workspace):
+                # That of a workspace is not estimated: it needs the states of all its tasks.
+                finer = beyond(value, objective_value(there, Tangent(refined.model), near, objective))
+            results = (_result(objective, *each, searched) for each in ((here, value), (moved, finer)))
+            errors[name] = MeshError(*results)
     return errors
 
 
@@ -172,10 +179,10 @@ def extrapolated(here: Features, fine: Features) -> Features:
     return found._replace(section_rotation=np.array(whole).reshape(-1, 3, 3))
 
 
-def _result(objective: Objective, moved: Features, pressures: Mapping[str, float], searched: bool) -> FineResult:
-    """What is reported of features, at pressures in MPa."""
+def _result(objective: Objective, moved: Features, value: float, searched: bool) -> FineResult:
+    """What is reported of features, and the value of the objective."""
     return FineResult(
-        objective=float(objective.value(moved)) + objective.of_pressures(pressures),
+        objective=value,
         errors={name: float(error(moved)) for name, error in objective.errors.items()},
         translation=vector(moved.translation),
         rotation=vector(moved.rotation),

@@ -13,6 +13,7 @@ from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.castings import Casting, TaskState, casting_name, solve_castings
 from pneumorph.analysis.tolerances import as_cast
 from pneumorph.analysis.unfound import explained
+from pneumorph.analysis.workspace import axes_of, workspace_size
 from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
@@ -53,7 +54,7 @@ from pneumorph.mesh.transfer import at_places, between_points, linear, locate, q
 from pneumorph.objective import Objective, build_objectives
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import acting
-from pneumorph.sensitivity import Margin
+from pneumorph.sensitivity import Margin, objective_value
 
 Starts = Mapping[str, State] | Mapping[str, Guess]
 
@@ -227,11 +228,13 @@ def analyse(
         at = settled(at, equilibrium)
         configurations[task.name], equilibria[task.name] = at, equilibrium
         pressures[task.name] = {**pressures[task.name], **equilibrium.enclosed}
-        values[task.name] = disc.objectives[task.name].at(disc.model, at.X, equilibrium.state)
-        values[task.name] += disc.objectives[task.name].of_pressures(pressures[task.name])
+        solver, objective = disc.tangents[task.name], disc.objectives[task.name]
+        values[task.name] = objective_value(at, solver, equilibrium.state, objective)
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
         crossing[task.name] = not touches_itself and disc.skin.intersects_itself(X + equilibrium.u)
+    if spanning := axes_of(disc.objectives):
+        values |= dict.fromkeys(spanning, -workspace_size(disc.objectives, configurations, equilibria))
     value = sum(task.weight * values[task.name] for task in problem.task)
     data = space.data(phi)
     found = Analysis(phi, points, X, pressures, data, configurations, equilibria, values, value, crossing)

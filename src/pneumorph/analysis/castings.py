@@ -21,7 +21,7 @@ from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, State
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.objective import Objective
-from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
+from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes, objective_value
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +88,7 @@ def solve_castings(
         found = solve(there, casting.tangent, start, tolerance, (at, state), most)
         if isinstance(found, NoEquilibrium):
             return found
-        pressures = dict(zip(at.model.chambers, np.asarray(there.loads.pressure), strict=True))
-        value = objective.at(at.model, there.X, found.state) + objective.of_pressures(pressures)
+        value = objective_value(there, casting.tangent, found.state, objective)
         softer = 1.0 / (1.0 + casting.changes[MODULUS])
         solved.append(TaskState(there, casting.tangent, found, value, softer))
     return tuple(solved)

@@ -1,4 +1,4 @@
-"""Motions of the tip and their sensitivities to pressure as limits have them: sizes, and linear rows within bounds."""
+"""Motions of the tip, its stiffness and its sensitivity to pressure as limits have them: sizes, and linear rows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,14 @@ from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import State
 from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.objective import COMPONENTS, LIMITED
-from pneumorph.sensitivity import gradient, pressure_rates, rate_slopes, residual_jacobian
+from pneumorph.sensitivity import (
+    gradient,
+    pressure_rates,
+    rate_slopes,
+    residual_jacobian,
+    tip_stiffness,
+    tip_stiffness_slope,
+)
 
 SIDES = 16
 """Directions in which a vector of two components is limited, beside its own: designs that turn it are expected to be
@@ -93,6 +100,41 @@ def least_motion_rows(
         found = gradient(at, disc.tangents[task], equilibrium, COMPONENTS[name])
         values.append(sign * found.value)
         rows.append(sign * space.pullback(disc.morph.pullback(found.X), {task: found.pressure}, found.reinforcement))
+    return np.array(values), np.array(rows)
+
+
+def stiffnesses(disc: Discretisation, analysis: Analysis, name: str, tasks: Iterable[str]) -> dict[str, float]:
+    """The stiffness of the tip against a motion in tasks, in N/mm or N·mm/rad.
+
+    Parameters
+    ----------
+    disc, analysis : the mesh of the design, and its analysis.
+    name : of the motion.
+    tasks : their names.
+    """
+    return {
+        task: tip_stiffness(analysis.configurations[task], disc.tangents[task], _state(analysis, task), name)
+        for task in tasks
+    }
+
+
+def stiffness_rows(
+    space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, tasks: Iterable[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same (k,), with derivatives (k, n) by Φ.
+
+    Parameters
+    ----------
+    space, disc, analysis : the design space, the mesh of the design, and its analysis.
+    name : of the motion.
+    tasks : names of the tasks.
+    """
+    values, rows = [], []
+    for task in tasks:
+        at, tangent, state = analysis.configurations[task], disc.tangents[task], _state(analysis, task)
+        found = tip_stiffness_slope(at, tangent, state, name, EXACT)
+        values.append(found.value)
+        rows.append(space.pullback(disc.morph.pullback(found.X), {task: found.pressure}, found.reinforcement))
     return np.array(values), np.array(rows)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_ACCURACY, Analysis, Discretisation
 from pneumorph.analysis.castings import TaskState
+from pneumorph.analysis.workspace import axes_of, workspace_slope
 from pneumorph.doing import doing
 from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
@@ -15,7 +16,7 @@ from pneumorph.mechanics import Softest
 from pneumorph.mechanics.assembly.tangent import EXACT
 from pneumorph.objective import StrainShare
 from pneumorph.problem import Problem
-from pneumorph.sensitivity import gradient, lateral_slope, residual_jacobian
+from pneumorph.sensitivity import gradient, lateral_slope, objective_slope, residual_jacobian
 
 NEAR = 0.7
 """Part of the bound on strains below which no step leads beyond it: steps are told of it above only."""
@@ -53,7 +54,11 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
         If an objective has no derivative at this design.
     """
     rest, squares, factors = np.zeros(space.n), np.zeros(space.n), [np.zeros((0, space.n))]
+    spanning = axes_of(disc.objectives)
+    rest += _workspace_gradient(problem, space, disc, analysis, DESIGN_ACCURACY)
     for task in problem.task:
+        if task.name in spanning:
+            continue
         states = analysis.states(disc, task.name)
         weight, objective = task.weight / len(states), disc.objectives[task.name]
         with doing(f"task {task.name}"):
@@ -80,8 +85,10 @@ def design_gradient(problem: Problem, space: DesignSpace, disc: Discretisation, 
     ComputationError
         If an objective has no derivative at this design.
     """
-    parts = []
+    parts, spanning = [_workspace_gradient(problem, space, disc, analysis, EXACT)], axes_of(disc.objectives)
     for task in problem.task:
+        if task.name in spanning:
+            continue
         states = analysis.states(disc, task.name)
         parts += [task.weight / len(states) * _gradient(space, disc, task.name, each, EXACT) for each in states]
     return sum(parts, np.zeros(space.n))
@@ -138,9 +145,22 @@ def lateral_slope_of(
     return space.pullback(disc.morph.pullback(by_X), {name: by_pressure}, by_reinforcement)
 
 
+def _workspace_gradient(
+    problem: Problem, space: DesignSpace, disc: Discretisation, analysis: Analysis, accuracy: float
+) -> np.ndarray:
+    """Derivatives (n,) of what the tasks of a workspace add to J; 0 without one."""
+    spanning = axes_of(disc.objectives)
+    if not spanning:
+        return np.zeros(space.n)
+    weight = sum(task.weight for task in problem.task if task.name in spanning)
+    states = disc.objectives, analysis.configurations, analysis.equilibria
+    with doing("workspace"):
+        return -weight * workspace_slope(space, disc.morph, *states, disc.tangents, accuracy)
+
+
 def _gradient(space: DesignSpace, disc: Discretisation, name: str, state: TaskState, accuracy: float) -> np.ndarray:
     """Derivatives (n,) of the objective of a task in a state of it, with respect to Φ."""
-    derivatives = gradient(state.at, state.tangent, state.equilibrium, disc.objectives[name], accuracy)
+    derivatives = objective_slope(state.at, state.tangent, state.equilibrium, disc.objectives[name], accuracy)
     if not np.isfinite(derivatives.X).all():
         raise ComputationError(
             f"the objective of task {name} has no derivative here, like a root or a norm at zero; write it with squares"

@@ -19,7 +19,7 @@ from pneumorph.output.render import NoPicture
 from pneumorph.output.study_page import write_study_page
 from pneumorph.results import HistoryEntry
 from pneumorph.run import open_run
-from pneumorph.study import Study, load_study, write_sheet, write_summary
+from pneumorph.study import Study, load_study, write_front, write_sheet, write_summary
 from pneumorph.study.cluster import connected, run_members
 from pneumorph.study.members import MemberEnd, finished
 from pneumorph.study.summary import motions
@@ -119,6 +119,8 @@ def study(
             console.print(Text(f"sheet in {write_sheet(asked, folder, complete)}"), soft_wrap=True)
     except NoPicture as error:
         console.print(Text(f"the sheet could not be drawn: {error}"), soft_wrap=True)
+    if (front := write_front(asked, folder, complete)) is not None:
+        console.print(Text(f"what more of one task costs of the other in {front}"), soft_wrap=True)
     try:
         runs = [open_run(folder / name) for name in members if (folder / name / "problem.toml").exists()]
         if runs:

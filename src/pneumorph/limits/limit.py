@@ -63,7 +63,7 @@ class Limit:
     @property
     def suffix(self) -> str:
         """The unit as it follows a number."""
-        return f" {self.unit}" if self.unit.startswith("mm") else self.unit
+        return f" {self.unit}" if self.unit.startswith(("mm", "N")) else self.unit
 
     @property
     def sign(self) -> float:

@@ -25,6 +25,9 @@ from pneumorph.objective.features import (
     sums_pulled_back,
     traits_of,
 )
+from pneumorph.objective.strain import StrainShare
+from pneumorph.objective.tip import HeldForce, TipStiffness
+from pneumorph.objective.workspace import Workspace
 
 FeatureFunction = Callable[[Features], Array]
 
@@ -47,6 +50,9 @@ class Objective:
         Poses of the obstacles; by default they are in their places.
     by_pressure : {chamber: float}
         What J grows by per MPa of given pressures, beside what these do to the features.
+    instead : optional
+        What J is where it is no function of features; `value` is 0 then, and `sensitivity/whole.py` or
+        `analysis/workspace.py` has it.
     """
 
     value: FeatureFunction
@@ -55,6 +61,7 @@ class Objective:
     residuals: FeatureFunction | None = None
     shift: np.ndarray | None = None
     by_pressure: Mapping[str, float] = field(default_factory=dict)
+    instead: TipStiffness | HeldForce | StrainShare | Workspace | None = None
 
     def of_pressures(self, pressures: Mapping[str, float]) -> float:
         """The part of J that is of given pressures, in MPa."""
@@ -107,6 +114,11 @@ def _jacobian(objective: Objective, traits: ModelTraits, at: ElementSums) -> tup
 
     slopes, value = jax.jacrev(residuals, has_aux=True)(at)
     return value, slopes
+
+
+def in_place_of_features(what: TipStiffness | HeldForce | StrainShare | Workspace) -> Objective:
+    """The objective that is something other than a function of features."""
+    return Objective(lambda f: jnp.zeros(()), instead=what)
 
 
 def squares(

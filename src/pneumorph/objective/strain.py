@@ -1,4 +1,4 @@
-"""The largest stretch over the stated range of the rubber, as a smooth function of a state.
+"""The largest stretch, by itself or over the stated range of the rubber, as a smooth function of a state.
 
 The aggregate is that of Kreisselmeier & Steinhauser (1979), max + ln Σ exp(ρ (s − max)) / ρ over the shares s of all
 quadrature points. It is never below the largest share, and above it by at most ln(n)/ρ, which is `ABOVE`.
@@ -27,18 +27,22 @@ _NEGLIGIBLE = 1e-12
 
 @dataclass(frozen=True)
 class StrainShare:
-    """The aggregate of a task; regions whose rubber states no range do not count."""
+    """The aggregate of a task: regions whose rubber states no range do not count.
 
+    It is that of the stretches themselves if it is not `of_range`.
+    """
+
+    of_range: bool = True
     by_pressure: Mapping[str, float] = field(default_factory=dict)
 
     def at(self, model: Model, X: np.ndarray, state: State) -> float:
         """Its value for a state on nodes X (N, 3) in mm."""
-        share, _, _ = _shares(model, X, state)
+        share, _, _ = _shares(model, X, state, self.of_range)
         return _aggregate(share)[0]
 
     def slope(self, model: Model, X: np.ndarray, state: State) -> tuple[float, np.ndarray, State]:
         """Its value, and its derivatives with respect to X (N, 3) and the unknowns."""
-        share, F, A = _shares(model, X, state)
+        share, F, A = _shares(model, X, state, self.of_range)
         value, weight = _aggregate(share)
         some = np.flatnonzero((weight > _NEGLIGIBLE).any(axis=0))
         F, A, weight = F[..., some], A[..., some], weight[:, some]
@@ -61,12 +65,14 @@ class StrainShare:
         return value, full_X + nodes.pulled_to_nodes(full_u), nodes.pulled(full_u)
 
 
-def _shares(model: Model, X: np.ndarray, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _shares(model: Model, X: np.ndarray, state: State, of_range: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Shares (4, M) of all quadrature points, F and A = ∂ξ/∂X (3, 3, 4, M) there."""
     stop_if_asked()
     tets = model.tets.nodes[: model.elements]
     F, A = np.empty((3, 3, 4, len(tets))), np.empty((3, 3, 4, len(tets)))
     strain(X[tets], displacement(model.tip, X, state)[tets], TET_DN, TET_WEIGHT, F, A, np.empty((4, len(tets))))
+    if not of_range:
+        return largest_stretch(F), F, A
     limit = np.full(len(tets), np.inf)
     for name, elements in model.regions.items():
         limit[elements] = model.rubbers[name].valid_stretch or np.inf

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.analysis import Analysis, Discretisation
 from pneumorph.errors import Hopeless
-from pneumorph.limits.kinds.states import MARGIN, STRAIN
+from pneumorph.limits.kinds.states import MARGIN, STIFFNESSES, STRAIN
 from pneumorph.limits.limit import Limit
 from pneumorph.mechanics import rubbers_of
 from pneumorph.optimize.setup import Setup
@@ -135,9 +135,14 @@ def _half_width(setup: Setup) -> float:
 def _remedy(problem: Problem, found: Shortfall) -> str:
     index, task = next((i, each) for i, each in enumerate(problem.task) if each.name == found.task)
     kept = "lower it" if found.limit.at_least else "raise it"
-    acting = [name for name, pressure in task.pressure.items() if pressure.start]
+    stiff = found.limit in STIFFNESSES.values()
+    acting = [name for name, pressure in task.pressure.items() if pressure.start and not stiff]
     # A motion is to be larger, what else is at least so large is to be farther from ballooning.
     change = "raise" if found.limit.name.startswith("at_least") else "lower"
     milder = f", {change} task[{index}].pressure.{acting[0]}" if acting else ""
-    stronger = "begin with thicker walls or a stiffer rubber" if found.limit in (STRAIN, MARGIN) else "change the body"
+    stronger = (
+        "begin with thicker walls or a stiffer rubber"
+        if stiff or found.limit in (STRAIN, MARGIN)
+        else "change the body"
+    )
     return f"{kept}{milder}, or {stronger}"

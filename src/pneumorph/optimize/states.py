@@ -19,12 +19,24 @@ from pneumorph.analysis import (
     motion_sizes,
     sensitivities,
     sensitivity_rows,
+    stiffness_rows,
+    stiffnesses,
     strain_shares,
     strain_slopes,
 )
 from pneumorph.doing import doing
 from pneumorph.geometry import DesignSpace
-from pneumorph.limits.kinds.states import LEAST, MARGIN, MOTIONS, PER_KPA, SENSITIVITIES, STRAIN, direction, of_tasks
+from pneumorph.limits.kinds.states import (
+    LEAST,
+    MARGIN,
+    MOTIONS,
+    PER_KPA,
+    SENSITIVITIES,
+    STIFFNESSES,
+    STRAIN,
+    direction,
+    of_tasks,
+)
 from pneumorph.limits.limit import ROUNDING, Limit
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.problem import Problem
@@ -78,6 +90,14 @@ def _of_least_motion(name: str) -> StateKind:
     )
 
 
+def _of_stiffness(motion: str) -> StateKind:
+    return StateKind(
+        STIFFNESSES[motion],
+        lambda disc, analysis, of: stiffnesses(disc, analysis, motion, of.tasks),
+        lambda space, disc, analysis, of: stiffness_rows(space, disc, analysis, motion, of.tasks),
+    )
+
+
 def _of_sensitivity(kind: str) -> StateKind:
     def values(disc: Discretisation, analysis: Analysis, of: Limited) -> dict[str, float]:
         largest = sensitivities(disc, analysis, of.own_motions(kind))
@@ -105,6 +125,7 @@ KINDS = (
     ),
     *map(_of_motion, MOTIONS),
     *map(_of_least_motion, LEAST),
+    *map(_of_stiffness, STIFFNESSES),
     *map(_of_sensitivity, SENSITIVITIES),
 )
 """All of them: their words are in `limits.kinds.states`."""

@@ -77,6 +77,40 @@ class LeastMotions(Table):
         return renamed(data, MOTION_OF)
 
 
+LinearStiffness = Annotated[float, Quantity(units.STIFFNESS, "positive")]
+TurningStiffness = Annotated[float, Quantity(units.ROTATIONAL_STIFFNESS, "positive")]
+
+
+class LeastStiffness(Table):
+    """Least stiffness of the tip against motions, in the state of a task: force per motion, all others being free.
+
+    "extension" may also be written "axial", and "twist" "torsion", as for springs.
+    """
+
+    shift_x: LinearStiffness | None = None
+    """Against motion along x."""
+    shift_y: LinearStiffness | None = None
+    """Against motion along y."""
+    extension: LinearStiffness | None = None
+    """Against motion along z."""
+    bending_x: TurningStiffness | None = None
+    """Against rotation about x."""
+    bending_y: TurningStiffness | None = None
+    """Against rotation about y."""
+    twist: TurningStiffness | None = None
+    """Against rotation about z."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_the_names_of_springs(cls, data: Any) -> Any:
+        return renamed(data, MOTION_OF)
+
+    @property
+    def motions(self) -> list[str]:
+        """The motions that are given."""
+        return [name for name, bound in self if bound is not None]
+
+
 RATES = {
     "angle": Quantity(units.ANGLE_PER_PRESSURE, "positive"),
     "length": Quantity(units.LENGTH_PER_PRESSURE, "positive"),
@@ -119,5 +153,7 @@ class TaskLimits(Table):
     """Largest motions of the tip, e.g. { tilt = "1 deg", shift = "0.5 mm" }."""
     at_least: LeastMotions | None = None
     """Least motions of the tip, e.g. { bending_y = "30 deg" }."""
+    stiffness: LeastStiffness | None = None
+    """Least stiffness of the tip, e.g. { shift_x = "0.2 N/mm" }."""
     sensitivity: SensitivityLimits | None = None
     """Largest change of a task's own motion with the pressure of any chamber, e.g. "2 deg/kPa"."""

@@ -12,9 +12,10 @@ from pneumorph.sensitivity.boundary import boundary_gradient
 from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
 from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes, tip_motion_adjoints
-from pneumorph.sensitivity.pressure_rate import PressureRate, pressure_rates, rate_slopes
+from pneumorph.sensitivity.rate import Rate, compliance, compliance_slope, pressure_rates, rate_slopes
 from pneumorph.sensitivity.response import Response, measured_of, response
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test, taylor_test_nearby
+from pneumorph.sensitivity.whole import objective_slope, objective_value, tip_stiffness, tip_stiffness_slope
 
 __all__ = [
     "BEYOND",
@@ -22,17 +23,21 @@ __all__ = [
     "MotionSlopes",
     "NodalGradient",
     "NodalJacobian",
-    "PressureRate",
+    "Rate",
     "Response",
     "TaylorTest",
     "boundary_gradient",
     "by_known",
+    "compliance",
+    "compliance_slope",
     "find_margin",
     "gradient",
     "lateral_slope",
     "margin_slope",
     "measured_of",
     "motion_slopes",
+    "objective_slope",
+    "objective_value",
     "pressure_rates",
     "rate_slopes",
     "residual_jacobian",
@@ -40,5 +45,7 @@ __all__ = [
     "taylor_test",
     "taylor_test_nearby",
     "tip_motion_adjoints",
+    "tip_stiffness",
+    "tip_stiffness_slope",
     "with_border",
 ]

@@ -55,6 +55,15 @@ def _least(name: str, unit: str) -> Limit:
     return Limit(f"at_least.{name}", f"least {name}", unit, True, 0.005, key, read)
 
 
+def _stiffness(name: str, unit: str) -> Limit:
+    """The least stiffness of the tip against a motion, in N/mm or N·mm/rad."""
+
+    def read(limits: TaskLimits) -> float | None:
+        return None if limits.stiffness is None else getattr(limits.stiffness, name)
+
+    return Limit(f"stiffness.{name}", f"stiffness {name}", unit, True, 0.005, f"stiffness_{name}", read)
+
+
 def _sensitivity(name: str, unit: str, size: float) -> Limit:
     """The limit on the sensitivity of motions that are angles or lengths, whose bound is so large per unit."""
 
@@ -75,6 +84,11 @@ MOTIONS: Mapping[str, Limit] = {
 LEAST: Mapping[str, Limit] = {name: _least(name, unit) for name, unit in _UNITS.items()}
 """By the keys of `problem.task_limits.LeastMotions`."""
 
+STIFFNESSES: Mapping[str, Limit] = {
+    name: _stiffness(name, "N·mm/rad" if is_turn(name) else "N/mm") for name in COMPONENTS
+}
+"""By the keys of `problem.task_limits.LeastStiffness`."""
+
 PER_KPA = 1e-3
 """MPa."""
 
@@ -84,7 +98,7 @@ SENSITIVITIES: Mapping[str, Limit] = {
 }
 """By the keys of `problem.task_limits.SensitivityLimits`."""
 
-OF_STATES = (STRAIN, MARGIN, *MOTIONS.values(), *LEAST.values(), *SENSITIVITIES.values())
+OF_STATES = (STRAIN, MARGIN, *MOTIONS.values(), *LEAST.values(), *STIFFNESSES.values(), *SENSITIVITIES.values())
 """All of them, see `optimize.states`."""
 
 

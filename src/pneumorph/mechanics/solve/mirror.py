@@ -9,6 +9,7 @@ import numpy as np
 
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting_in
+from pneumorph.problem.components import MOTIONS
 from pneumorph.problem.designed import reinforcements
 from pneumorph.problem.mirrored_solid import chamber_images, cut_twice, keeps_solid
 from pneumorph.problem.reinforcement import EXTERIOR
@@ -81,13 +82,27 @@ def _is_symmetric(problem: Problem, plane: str, applied: list[Pressures], under:
         any(np.allclose(operation, np.diag(mirror)) for operation in operations(problem.body.symmetry))
         and _keeps_body(problem, plane)
         and not any(loads.breaking(np.diag(mirror)) for loads in under)
-        and all(task.objective.keeps(mirror.tolist(), axial.tolist()) for task in problem.task)
+        and keeps_asked(problem, mirror.tolist(), axial.tolist())
         and all(
             pressure.get(one, 0.0) == pressure.get(other, 0.0)
             for one, other in _pairs(problem, plane)
             for pressure in applied
         )
     )
+
+
+def keeps_asked(problem: Problem, polar: Sequence[float], axial: Sequence[float]) -> bool:
+    """Whether a symmetry keeps the objectives, and the motions against which the tip has to be stiff.
+
+    Parameters
+    ----------
+    problem : with its tasks and limits.
+    polar, axial : (3,) signs that it gives the components of vectors, and of rotation vectors.
+    """
+    kept = dict(zip(MOTIONS, (*polar, *axial), strict=True))
+    limits = [problem.limits, *(task.limits for task in problem.task if task.limits is not None)]
+    stiff = [name for each in limits if each.stiffness is not None for name in each.stiffness.motions]
+    return all(kept[name] > 0 for name in stiff) and all(task.objective.keeps(polar, axial) for task in problem.task)
 
 
 def _keeps_body(problem: Problem, plane: str) -> bool:

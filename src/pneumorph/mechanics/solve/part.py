@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pneumorph.mechanics.solve.mirror import Pressures, applied_pressures, mirrors_of
+from pneumorph.mechanics.solve.mirror import Pressures, applied_pressures, keeps_asked, mirrors_of
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting_in
 from pneumorph.problem.designed import reinforcements, surrounds
@@ -58,7 +58,7 @@ def turns_of_problem(problem: Problem, applied: list[Pressures], under: list[Act
 def _along_axis(problem: Problem, under: list[Acting]) -> bool:
     """Whether weight, plate loads and objectives have nothing across the axis."""
     across = any(loads.breaking(np.diag(AXIAL)) for loads in under)
-    return not across and all(task.objective.keeps(AXIAL, AXIAL) for task in problem.task)
+    return not across and keeps_asked(problem, AXIAL, AXIAL)
 
 
 def _turns_chambers(problem: Problem, rotation: np.ndarray, applied: list[Pressures]) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.mechanics.contact.pose import pose_of
 from pneumorph.objective.kinds import (
+    blocked,
     contact_area,
     custom,
     match_curve,
@@ -20,6 +21,8 @@ from pneumorph.objective.kinds import (
     pose,
     press,
     reach,
+    stiffness,
+    workspace,
 )
 from pneumorph.objective.kinds.kind import Kind, Scope, Target
 from pneumorph.objective.objective import Objective
@@ -38,6 +41,9 @@ KINDS: Mapping[type[tables.ObjectiveSpec], Kind] = {
     tables.TargetPose: Kind(pose.build),
     tables.Press: Kind(press.build),
     tables.ContactArea: Kind(contact_area.build),
+    tables.Stiffness: Kind(stiffness.build),
+    tables.Blocked: Kind(blocked.build),
+    tables.LargestWorkspace: Kind(workspace.build),
     tables.Custom: Kind(custom.build),
 }
 

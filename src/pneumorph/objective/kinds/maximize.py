@@ -16,6 +16,10 @@ _READERS = {
 }
 
 
+TIP_MOTIONS = {name: Objective(read) for name, read in _READERS.items()}
+"""The motions of the tip as functions of a state, in mm and rad."""
+
+
 def build(asked: Maximize, scope: Scope) -> Objective:
     """See `Kind`."""
     return maximize(asked.motion)

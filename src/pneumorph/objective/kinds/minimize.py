@@ -1,11 +1,12 @@
-"""As little as possible of the rubber, the air or the pressure."""
+"""As little as possible of the rubber, the air, the pressure or the stretch."""
 
 from __future__ import annotations
 
 import jax.numpy as jnp
 
 from pneumorph.objective.kinds.kind import Scope
-from pneumorph.objective.objective import Objective
+from pneumorph.objective.objective import Objective, in_place_of_features
+from pneumorph.objective.strain import StrainShare
 from pneumorph.problem import Minimize
 
 _PER_MPA, _PER_MM3 = 1e3, 1e-3
@@ -13,7 +14,9 @@ _PER_MPA, _PER_MM3 = 1e3, 1e-3
 
 
 def build(asked: Minimize, scope: Scope) -> Objective:
-    """The mass of the rubber in g, the volume of the inflated chambers in ml, or the sum of pressures in kPa."""
+    """The mass of the rubber in g, the volume of the chambers in ml, the sum of pressures in kPa, or the stretch."""
+    if asked.of == "stretch":
+        return in_place_of_features(StrainShare(of_range=False))
     if asked.of == "mass":
         return Objective(lambda f: f.mass)
     if asked.of == "air":

@@ -6,12 +6,18 @@ import math
 from collections.abc import Iterator
 
 from pneumorph.cad.stl import MOST_TRIANGLES
-from pneumorph.problem.acting import faults_of_loads, has_weight
+from pneumorph.problem.acting import acting, faults_of_loads, has_weight
 from pneumorph.problem.checks.axis import check_axis, check_uses
 from pneumorph.problem.checks.chambers import check_chambers, check_walls
 from pneumorph.problem.checks.dome import check_dome
 from pneumorph.problem.checks.enclosed import check_enclosed
-from pneumorph.problem.checks.limits import check_ranges, check_sensitivities, check_shapes, check_states
+from pneumorph.problem.checks.limits import (
+    check_ranges,
+    check_sensitivities,
+    check_shapes,
+    check_states,
+    check_stiffnesses,
+)
 from pneumorph.problem.checks.motions import check_motions
 from pneumorph.problem.checks.regions import check_regions
 from pneumorph.problem.checks.reinforcement import check_reinforcements
@@ -19,8 +25,9 @@ from pneumorph.problem.checks.robust import check_robust
 from pneumorph.problem.checks.room import check_envelope, check_obstacles
 from pneumorph.problem.checks.solid import LARGEST, MAX_CONTROL_POINTS, SMALLEST, check_solid, too_many_elements
 from pneumorph.problem.checks.symmetry import check_symmetry
+from pneumorph.problem.components import MOTION_OF
 from pneumorph.problem.contact import TriangulatedSpec
-from pneumorph.problem.objectives import Minimize
+from pneumorph.problem.objectives import LargestWorkspace, Minimize
 from pneumorph.problem.objectives.table import Known
 from pneumorph.problem.table import ROUNDING
 from pneumorph.problem.tables import Tables
@@ -33,7 +40,8 @@ def inconsistencies(problem: Tables) -> list[Fault]:
 
     Checks that rely on others are left out if these have found something.
     """
-    states = (_tasks, check_enclosed, check_ranges, check_sensitivities, check_states, check_robust)
+    limited = (check_ranges, check_sensitivities, check_stiffnesses, check_states)
+    states = (_tasks, _workspace, check_enclosed, *limited, check_robust)
     if problem.solid:
         together = (_names, check_solid, *states, _contact, check_obstacles)
         return [fault for check in together for fault in check(problem)]
@@ -105,8 +113,34 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
                 if name not in obstacles:
                     yield f"task[{index}].{key}.{name}", f'there is no obstacle "{name}"; {these}'
         designed = [name for name, pressure in task.pressure.items() if pressure.free]
-        for key, reason in task.objective.inconsistencies(known._replace(designed=designed)):
+        own = known._replace(
+            designed=designed,
+            held=[MOTION_OF.get(name, name) for name in acting(problem, task).hold.values],
+            enclosed=bool(task.volumes) or any(chamber.gas is not None for chamber in problem.body.chamber),
+        )
+        for key, reason in task.objective.inconsistencies(own):
             yield f"task[{index}].objective.{key}", reason
+
+
+def _workspace(problem: Tables) -> Iterator[Fault]:
+    """The tasks of a workspace measure it along the same axes, and are enough for it to have a size."""
+    spanning = {
+        index: task.objective.axes
+        for index, task in enumerate(problem.task)
+        if isinstance(task.objective, LargestWorkspace)
+    }
+    if not spanning:
+        return
+    index, axes = next(iter(spanning.items()))
+    if any(each != axes for each in spanning.values()):
+        yield f"task[{index}].objective.axes", "is not the same in all tasks of the workspace; give them the same axes"
+    if len(spanning) <= len(axes):
+        number, sizes = len(spanning), ("length", "area", "volume")
+        yield (
+            f"task[{index}].objective.kind",
+            f"has {number} task{'s' * (number != 1)}, whose tips have no {sizes[len(axes) - 1]}; give {len(axes) + 1} "
+            "tasks or more this objective, each with the pressures of a corner",
+        )
 
 
 def _contact(problem: Tables) -> Iterator[Fault]:

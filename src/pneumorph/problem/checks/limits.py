@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from pneumorph.problem.acting import acting
 from pneumorph.problem.body import BodySpec, ChamberSpec, Ripple
+from pneumorph.problem.components import component_of
 from pneumorph.problem.materials import materials
 from pneumorph.problem.models import Task
 from pneumorph.problem.regions import REST
@@ -109,6 +111,22 @@ def check_sensitivities(problem: Tables) -> Iterator[tuple[str, str]]:
                     f"{key}.sensitivity",
                     f"is for {word} of the tip, which no objective is about here; give it in {other}, or leave it out",
                 )
+
+
+def check_stiffnesses(problem: Tables) -> Iterator[tuple[str, str]]:
+    """A limit on stiffness is for motions of the tip that are free, at given pressures."""
+    sealed = any(chamber.gas is not None for chamber in problem.body.chamber)
+    for key, limits, tasks in _limits_on_states(problem):
+        if limits.stiffness is None:
+            continue
+        if sealed or any(task.volumes for task in tasks):
+            yield (
+                f"{key}.stiffness",
+                "is not possible with chambers that are sealed or filled to a volume; leave it out, or give pressures",
+            )
+        for name in limits.stiffness.motions:
+            if any(component_of(name) in acting(problem, task).hold.values for task in tasks):
+                yield f"{key}.stiffness.{name}", f"{name} is held, so nothing moves; leave it out here, or in hold"
 
 
 def _limits_on_states(problem: Tables) -> Iterator[tuple[str, TaskLimits, tuple[Task, ...]]]:

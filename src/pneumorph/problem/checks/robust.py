@@ -17,6 +17,7 @@ def check_robust(problem: Tables) -> Iterator[tuple[str, str]]:
         "several rubbers": problem.region,
         "sealed or filled chambers": any(each.gas is not None for each in problem.body.chamber)
         or any(task.volumes for task in problem.task),
+        "objectives of stiffness, force or stretch": any(task.objective.beyond_motion for task in problem.task),
     }
     for what, there in beside.items():
         if there:

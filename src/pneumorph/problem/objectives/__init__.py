@@ -5,6 +5,7 @@ from typing import Annotated, get_args
 from pydantic import Tag
 
 from pneumorph.problem.kinds import by_kind, known
+from pneumorph.problem.objectives.blocked import Blocked
 from pneumorph.problem.objectives.contact_area import ContactArea
 from pneumorph.problem.objectives.custom import Custom
 from pneumorph.problem.objectives.match_curve import MatchCurve
@@ -15,6 +16,8 @@ from pneumorph.problem.objectives.motion import TargetMotion
 from pneumorph.problem.objectives.pose import TargetPose
 from pneumorph.problem.objectives.press import Press
 from pneumorph.problem.objectives.reach import Reach
+from pneumorph.problem.objectives.stiffness import Stiffness
+from pneumorph.problem.objectives.workspace import LargestWorkspace
 from pneumorph.problem.table import TAG
 
 _Tables = (
@@ -27,6 +30,9 @@ _Tables = (
     | Annotated[TargetPose, Tag(TAG + "pose")]
     | Annotated[Press, Tag(TAG + "press")]
     | Annotated[ContactArea, Tag(TAG + "contact_area")]
+    | Annotated[Stiffness, Tag(TAG + "stiffness")]
+    | Annotated[Blocked, Tag(TAG + "blocked")]
+    | Annotated[LargestWorkspace, Tag(TAG + "workspace")]
     | Annotated[Custom, Tag(TAG + "custom")]
 )
 KINDS = [table.__metadata__[0].tag.removeprefix(TAG) for table in get_args(_Tables)]

@@ -27,14 +27,16 @@ class Asked(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What a task has that objectives are about: names of chambers, obstacles and free ones, whether a plate, and the
-    chambers whose pressures are designed."""
+    """What a task has that objectives are about: names of chambers, obstacles and free ones, whether a plate, the
+    chambers whose pressures are designed, motions that are held, and whether pressures are found with the state."""
 
     chambers: Sequence[str]
     obstacles: Sequence[str]
     free: Sequence[str]
     plate: bool
     designed: Sequence[str] = ()
+    held: Sequence[str] = ()
+    enclosed: bool = False
 
 
 class ObjectiveTable(Table):
@@ -68,6 +70,11 @@ class ObjectiveTable(Table):
     def section_count(self) -> tuple[str, int]:
         """The key that sets how many sections of the body it needs, and their number."""
         return "kind", 0
+
+    @property
+    def beyond_motion(self) -> bool:
+        """Whether it is about something other than how the body moves and what it touches."""
+        return False
 
     @property
     def asked_motions(self) -> dict[str, Asked]:

@@ -32,8 +32,8 @@ UNITS = {"mm": ("mm", 1.0), "rad": ("°", 180.0 / np.pi), "N": ("N", 1.0), "mm2"
 
 
 class Amount(NamedTuple):
-    """A value with its unit ("mm", "°", "N", "mm²", "g", "ml", "kPa" or ""), the word for it, and its target in that
-    unit, if any."""
+    """A value with its unit ("mm", "°", "N", "N/mm", "g", … or ""), the word for it, and its target in that unit, if
+    any."""
 
     value: float
     unit: str
@@ -45,6 +45,8 @@ class Amount(NamedTuple):
             return f"{self.value:.4g}"
         if self.unit == "N":
             return f"{self.value:.3g} N"
+        if self.unit in ("N/mm", "N·mm", "N·mm/rad"):
+            return f"{self.value:.4g} {self.unit}" if abs(self.value) < 1e4 else f"{self.value:.0f} {self.unit}"
         # Rounded before it is written, so that no -0.00 is shown.
         return f"{round(self.value, 2) + 0.0:.2f}{'' if self.unit == '°' else ' '}{self.unit}"
 
