@@ -73,7 +73,7 @@ def tells_of_kernels(warning: str) -> bool:
 
 
 # XLA reads them when it compiles for the first time.
-os.environ["XLA_FLAGS"] = flags(os.environ.get("XLA_FLAGS", ""), jax.version.__version_info__)
+os.environ["XLA_FLAGS"] = flags(os.environ.get("XLA_FLAGS", ""), jax.__version_info__)
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 if not getattr(jax.config, "jax_compilation_cache_dir", None):

@@ -16,6 +16,7 @@ from pneumorph.problem import Problem, loads
 from pneumorph.sensitivity import measured_of, response, taylor_test
 
 PRESSURE = '{ A = { start = "50 kPa", min = "0 kPa", max = "100 kPa" } }'
+TIGHT = 1e-11
 QUARTER = {"body.symmetry": {"mirror": ["xz", "yz"]}}
 MIXED = {"mesh.element": "mixed"}
 
@@ -57,7 +58,9 @@ CASES = {
 
 @pytest.mark.parametrize("problem", CASES.values(), ids=list(CASES))
 def test_the_gradient_is_exact(problem):
-    space, disc, found = analysed(problem)
+    space, disc, _ = analysed(problem)
+    # A force at a hold has the error of the state to first order.
+    found = analyse(problem, space, disc, space.start, tolerance=TIGHT)
     slope = design_gradient(problem, space, disc, found)
     starts = {name: each.state for name, each in found.equilibria.items()}
     rng = np.random.default_rng(1)
@@ -66,9 +69,9 @@ def test_the_gradient_is_exact(problem):
     for way, direction in ways.items():
 
         def value(phi):
-            return analyse(problem, space, disc, phi, starts, tolerance=TOLERANCE).value
+            return analyse(problem, space, disc, phi, starts, tolerance=TIGHT).value
 
-        test = taylor_test(value, space.start, slope, direction, 0.2, count=3, start=found.value)
+        test = taylor_test(value, space.start, slope, direction, 0.1, count=3, start=found.value)
         assert abs(test.rate - 2.0) < 0.02, (way, test)
 
 

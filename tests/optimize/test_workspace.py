@@ -22,7 +22,7 @@ def asked(axes: list[str], pressures: list[int]) -> Problem:
     table["end_effector"] = {}
     table["limits"] |= {"margin": 1, "strain": "off"}
     table["task"] = [
-        {"name": f"at {p}", "pressure": {"A": f"{p} kPa"}, "objective": {"kind": "workspace", "axes": axes}}
+        {"name": f"at_{p}", "pressure": {"A": f"{p} kPa"}, "objective": {"kind": "workspace", "axes": axes}}
         for p in pressures
     ]
     table["task"][-1]["pressure"] = {"A": {"start": f"{pressures[-1]} kPa", "min": "0 kPa", "max": "100 kPa"}}
@@ -50,8 +50,8 @@ def test_the_gradient_is_exact(problem):
 def test_it_grows_from_design_to_design():
     entries = [event.entry for event in accepted(design(CASES["length"]))]
     assert entries[-1].objective < entries[0].objective
-    tips = [entry.tasks[name].translation[0] for entry in entries[-1:] for name in ("at 0", "at 30", "at 50")]
-    assert entries[-1].tasks["at 0"].objective == pytest.approx(-np.ptp(tips))
+    tips = [entry.tasks[name].translation[0] for entry in entries[-1:] for name in ("at_0", "at_30", "at_50")]
+    assert entries[-1].tasks["at_0"].objective == pytest.approx(-np.ptp(tips))
 
 
 @pytest.mark.parametrize(

@@ -32,9 +32,9 @@ def test_a_study_of_weights_has_a_picture_and_others_have_none(tmp_path):
     for member in asked.members:
         run_member(member.name, member.problem, str(out / member.name), seen.__setitem__, drawn=False)
     names = [member.name for member in asked.members]
-    masses, extensions = np.array([
-        [seen[name].tasks["light"].objective, seen[name].tasks["extend"].objective] for name in names
-    ]).T
+    masses, extensions = np.array(
+        [[seen[name].tasks["light"].objective, seen[name].tasks["extend"].objective] for name in names]
+    ).T
     assert masses[1] < masses[0] and extensions[0] < extensions[1]
     picture = write_front(asked, out, names)
     assert picture == out / "pareto.png" and picture.stat().st_size > 1000

@@ -23,7 +23,7 @@ def undominated(values: np.ndarray) -> np.ndarray:
     """Which of k designs (k, 2), smaller being better, no other one equals or beats in both and beats in one."""
     no_worse = (values[None] <= values[:, None]).all(axis=2)
     better = (values[None] < values[:, None]).any(axis=2)
-    return ~(no_worse & better).any(axis=1)
+    return ~np.asarray(np.any(no_worse & better, axis=-1))
 
 
 def front_figure(title: str, labels: Sequence[str], trades: Sequence[Trade]) -> Figure:

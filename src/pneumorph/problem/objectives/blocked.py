@@ -17,7 +17,7 @@ class Blocked(OfMotion):
 
     curve: ClassVar[str] = "force"
 
-    kind: Literal["blocked"]
+    kind: Literal["blocked"]  # pyright: ignore[reportIncompatibleVariableOverride]
     """The kind of objective."""
 
     @property

@@ -17,7 +17,7 @@ class Maximize(OfMotion):
 
     curve: ClassVar[str] = "motion of the tip"
 
-    kind: Literal["maximize"] = "maximize"
+    kind: Literal["maximize"] = "maximize"  # pyright: ignore[reportIncompatibleVariableOverride]
     """The kind of objective; "maximize" if it is left out."""
 
     @property
