@@ -22,8 +22,12 @@ MESH = tube(4, 8, LENGTH, (1, 12, 10))
 MODEL = build_model(MESH, neo_hookean_rubber(0.49, 4.80, 1.1e-9), plate=False)
 
 
+def _below(table):
+    return [each for own in table.__subclasses__() for each in (own, *_below(own))]
+
+
 def test_every_kind_in_problem_files_has_an_objective():
-    assert set(KINDS) == set(ObjectiveTable.__subclasses__())
+    assert set(KINDS) == {each for each in _below(ObjectiveTable) if not each.__subclasses__()}
     assert len(KINDS) == len(problem_kinds)
 
 

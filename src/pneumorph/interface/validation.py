@@ -90,6 +90,13 @@ def validate(
         If a name is unknown.
     ComputationError
         If a state is not found that a comparison cannot do without.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> found = pm.validate("beam", quick=True)
+    >>> len(found.comparisons)
+    3
     """
     chosen = [names] if isinstance(names, str) else list(names)
     require_bodies(chosen)

@@ -41,7 +41,7 @@ KINDS: Mapping[type[tables.ObjectiveSpec], Kind] = {
     tables.TargetPose: Kind(pose.build),
     tables.Press: Kind(press.build),
     tables.ContactArea: Kind(contact_area.build),
-    tables.Stiffness: Kind(stiffness.build),
+    tables.StiffnessOfTip: Kind(stiffness.build),
     tables.Blocked: Kind(blocked.build),
     tables.LargestWorkspace: Kind(workspace.build),
     tables.Custom: Kind(custom.build),

@@ -16,7 +16,7 @@ from pneumorph.problem.objectives.motion import TargetMotion
 from pneumorph.problem.objectives.pose import TargetPose
 from pneumorph.problem.objectives.press import Press
 from pneumorph.problem.objectives.reach import Reach
-from pneumorph.problem.objectives.stiffness import Stiffness
+from pneumorph.problem.objectives.stiffness import StiffnessOfTip
 from pneumorph.problem.objectives.workspace import LargestWorkspace
 from pneumorph.problem.table import TAG
 
@@ -30,7 +30,7 @@ _Tables = (
     | Annotated[TargetPose, Tag(TAG + "pose")]
     | Annotated[Press, Tag(TAG + "press")]
     | Annotated[ContactArea, Tag(TAG + "contact_area")]
-    | Annotated[Stiffness, Tag(TAG + "stiffness")]
+    | Annotated[StiffnessOfTip, Tag(TAG + "stiffness")]
     | Annotated[Blocked, Tag(TAG + "blocked")]
     | Annotated[LargestWorkspace, Tag(TAG + "workspace")]
     | Annotated[Custom, Tag(TAG + "custom")]

@@ -17,7 +17,7 @@ TipMotion = Annotated[
 """A motion of the tip, which may be given by the name of its spring."""
 
 
-class Stiffness(ObjectiveTable):
+class StiffnessOfTip(ObjectiveTable):
     """Objective: the stiffest or the softest tip against a motion, in the state of the task.
 
     The stiffness is the force per motion, or the moment per rotation, of a small further load that does work on this
