@@ -16,7 +16,7 @@ from pneumorph.cli.commands import simulate
 
 ROOT = Path(__file__).parents[1]
 HEAVY = {"jax", "scipy", "numpy", "numba", "pyvista", "vtk", "matplotlib", "netgen", "distributed", "pint"}
-SLOW = {"Design", "Run", "Sweep", "check_gradient", "design", "designs", "open_run"}
+SLOW = {"Design", "Run", "Sweep", "validate", "check_gradient", "design", "designs", "open_run"}
 
 
 def loaded_by(code: str) -> set[str]:

@@ -7,8 +7,6 @@ import sys
 
 import pytest
 
-from pneumorph import numerics
-
 SAID = "compiling (once)\n"
 
 
@@ -41,13 +39,6 @@ def test_it_is_said_when_something_is_compiled_and_not_again(tiny, tmp_path):
 def test_help_compiles_nothing():
     found = subprocess.run([sys.executable, "-m", "pneumorph", "--help"], capture_output=True, text=True, check=True)
     assert found.stderr == ""
-
-
-def test_flags_of_xla_are_added_to_those_of_the_user_and_only_where_they_are_known():
-    assert numerics.flags("--other=1", (0, 10, 2)) == f"--other=1 {numerics.QUICK}"
-    own = "--xla_cpu_use_fusion_emitters=true"
-    assert numerics.flags(own, (0, 10, 2)) == own
-    assert numerics.flags("", (0, 5, 0)) == "" == numerics.flags("", (1, 10, 0))
 
 
 KERNEL = """
