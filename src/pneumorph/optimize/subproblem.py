@@ -57,6 +57,10 @@ class ProgramSettings:
     """Variables with a derivative below this multiple of the mean do not move by the whole radius, for there the
     gradient is mostly noise of the mesh."""
 
+    ahead: float = 4.0
+    """Rows that such a multiple of the last round's motion could bring to their bounds take part in the next one. With
+    fewer, steps gain less."""
+
     least: float = -0.3
     """The programs contain measures of the shape above this value; 0 is the bound. Others are left out to save time."""
 
@@ -171,8 +175,8 @@ class _Program:
         return np.maximum(0.0, multiplier + PROGRAM.stiffness * (self.known + self.jacobian @ change))
 
     def reached(self, multiplier: np.ndarray, change: np.ndarray, further: np.ndarray) -> np.ndarray:
-        """Rows that push after a smooth step (n,), or would if they changed by as much again as by `further` (n,)."""
-        ahead = self.known + self.jacobian @ change + np.abs(self.jacobian @ further)
+        """Rows that push after a smooth step (n,), or may do so once it has moved by a few times `further` (n,)."""
+        ahead = self.known + self.jacobian @ change + PROGRAM.ahead * (abs(self.jacobian) @ np.abs(further))
         return np.flatnonzero(multiplier + PROGRAM.stiffness * ahead > 0.0)
 
     def part(self, rows: np.ndarray) -> _Program:
