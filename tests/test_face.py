@@ -64,7 +64,7 @@ def test_help_names_what_there_is():
     """It is written out, so that nothing has to be loaded for it."""
     from pneumorph.analysis.pressures import BLOCKS
     from pneumorph.cli.new import BODIES
-    from pneumorph.output.export import FORMATS
+    from pneumorph.output.export import CHAIN, FORMATS
     from pneumorph.problem.material import MODELS
     from pneumorph.problem.starts import KINDS
 
@@ -74,7 +74,7 @@ def test_help_names_what_there_is():
     assert all(re.search(rf"\b{name}\b", told) for name in BLOCKS)
     kinds = " ".join(inspect.getsource(commands.new).replace('"\n', "").replace('            "', "").split())
     assert ", ".join(KINDS) in kinds and ", ".join(BODIES) in kinds
-    assert f'metavar="{"|".join((*FORMATS, "xml"))}"' in source
+    assert f'metavar="{"|".join((*FORMATS, CHAIN))}"' in source
     assert f"One of {', '.join(MODELS)}, or all." in source
 
 

@@ -64,7 +64,7 @@ def test_the_command_writes_times_pressures_and_flows(tmp_path):
     table, record, picture = (tmp_path / f"t.{suffix}" for suffix in ("csv", "json", "png"))
     options = ("--supply", "A=20kPa", "--tube", "1mm x 1m", "--times", "0:0.2:0.1s")
     result = run("simulate", tmp_path / "tiny.toml", *options, "--csv", table, "--json", record, "--png", picture)
-    assert result.exit_code == 0 and "95% of the way to 20 kPa" in result.stdout, result.output
+    assert result.exit_code == 0 and "95 % of the way to 20 kPa" in result.stdout, result.output
     lines = [line.split(",") for line in table.read_text().splitlines()]
     assert len(lines) == 4 and {"time_s", "supply_A_kPa", "flow_A_l_per_min"} < set(lines[0])
     moments = json.loads(record.read_text())["moments"]

@@ -72,3 +72,10 @@ def test_what_cannot_be_a_chain_is_told_in_a_line(tmp_path):
     (tmp_path / "held.toml").write_text(held)
     result = CliRunner().invoke(app, ["export", str(tmp_path / "held.toml"), "--out", str(tmp_path / "held.xml")])
     assert result.exit_code == 2 and "held" in result.stderr and result.stderr.count("\n") == 1
+
+
+def test_a_bent_axis_is_no_chain(tmp_path):
+    bent = TWO.replace('length = "24 mm"', 'axis = [{ length = "24 mm", bend = "30 deg" }]')
+    (tmp_path / "bent.toml").write_text(bent)
+    result = CliRunner().invoke(app, ["export", str(tmp_path / "bent.toml"), "--out", str(tmp_path / "bent.xml")])
+    assert result.exit_code == 2 and "bent axis" in result.stderr and result.stderr.count("\n") == 1

@@ -35,6 +35,8 @@ BLOCKS = {**{name: (component_of(name),) for name in (*COMPONENTS, *COMPONENT_OF
 """The plate components that each word of the option `block` holds."""
 HELD, FILLED = "held ", "volume "
 """What the names of held motions and of filled chambers begin with among what is swept: names have no spaces."""
+TIME = "the time"
+"""The same where chambers are filled from a supply, and nothing is swept by itself."""
 
 
 @dataclass(frozen=True)

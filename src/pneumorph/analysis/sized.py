@@ -134,7 +134,8 @@ def next_size(found: Sequence[Sized], asked: float) -> float:
 def is_estimated(problem: Problem, number: int) -> bool:
     """Whether the error of a design is estimated once it is accepted, as `mesh.error` needs it.
 
-    It takes 20 to 50 equivalents, more than several designs, so that without an error to keep only the last one has it.
+    The estimate takes 20 to 50 equivalents, as much as several designs. Without `mesh.error` only the last design has
+    it.
     """
     return problem.mesh.error is not None and number % EVERY == 0
 

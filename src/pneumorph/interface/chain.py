@@ -41,7 +41,7 @@ def export_chain(path: Path, explorer: Explorer, bounds: Mapping[str, Any]) -> C
         If there is no stable state at pressures within the bounds.
     """
     problem = explorer.problem
-    if getattr(problem.body, "axis", ()):
+    if problem.solid is None and problem.tubes.axis is not None:
         raise ProblemError(f"{path}: a chain of links is along z; this body has a bent axis")
     given = bounds_of(problem, bounds)
     at, answer, _ = explorer.solved({}, dict.fromkeys(given, 0.0))

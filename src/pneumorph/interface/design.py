@@ -659,9 +659,10 @@ class Design:
         Parameters
         ----------
         path : Path
-        format : "vtu", "inp", "msh", "feb" or "py", by default the suffix of the path
+        format : "vtu", "inp", "msh", "feb", "py" or "xml", by default the suffix of the path
             "vtu" is for ParaView and VTK, with all data of `mesh` and its faces; "inp" an input file for CalculiX and
-            Abaqus, "feb" one for FEBio 4; "msh" the mesh for Gmsh; "py" a scene for SOFA with SoftRobots.
+            Abaqus, "feb" one for FEBio 4; "msh" the mesh for Gmsh; "py" a scene for SOFA with SoftRobots; "xml"
+            a chain of rigid links for MuJoCo, see `export_chain`.
         task : str, by default the first
             The task whose loads an input file or scene has.
 
@@ -676,11 +677,15 @@ class Design:
         >>> import pneumorph as pm
         >>> pm.open_run("runs/small").best.export("small.vtu")
         """
-        from pneumorph.output.export import FORMATS, export
+        from pneumorph.output.export import CHAIN, FORMATS, export
 
         chosen = Path(path).suffix.removeprefix(".") if format is None else format
+        if chosen == CHAIN:
+            self.export_chain(path, task=task)
+            return
         if chosen not in FORMATS:
-            raise ProblemError(f'format: "{chosen}" is not a known format; use one of {", ".join(FORMATS)}')
+            known = ", ".join((*FORMATS, CHAIN))
+            raise ProblemError(f'format: "{chosen}" is not a known format; use one of {known}')
         name = self._task(task)
         # Those of chambers that are filled or sealed are found.
         pressures = self.results[name].pressures if self.has_found_pressures(name) else self.pressures[name]

@@ -12,7 +12,7 @@ import numpy as np
 
 from pneumorph.analysis import Curve, Explorer
 from pneumorph.analysis.airflow import STANDARD_DENSITY, Tube, read_tube
-from pneumorph.analysis.pressures import pressure_paths
+from pneumorph.analysis.pressures import TIME, pressure_paths
 from pneumorph.analysis.supply import Supplied, Supplies, read_profiles, read_times, supplied
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics.assembly.enclosed import STANDARD
@@ -106,7 +106,7 @@ class OverTime:
             flows = [each.flow[name] for each in self.moments if each.flow]
             largest = max(map(abs, flows))
             way = np.abs(values - values[0]) >= REACHED * abs(values[-1] - values[0])
-            after = f"{REACHED:.0%} of the way to {1e3 * values[-1]:.4g} kPa after {times[way.argmax()]:.4g} s"
+            after = f"{100 * REACHED:.0f} % of the way to {1e3 * values[-1]:.4g} kPa after {times[way.argmax()]:.4g} s"
             yield (
                 f"{name}: {after}; at most {PER_MINUTE * largest:.3g} l/min of air at standard pressure "
                 f"(Reynolds number {tube.reynolds(largest):.3g})"
@@ -117,7 +117,7 @@ class OverTime:
 
     @property
     def _curve(self) -> Curve:
-        return Curve(self.steps[0].task, ("time",), self.steps)
+        return Curve(self.steps[0].task, (TIME,), self.steps)
 
 
 def per_minute(moment: Supplied) -> dict[str, float]:

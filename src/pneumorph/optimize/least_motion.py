@@ -79,7 +79,10 @@ def _balanced(
     start: np.ndarray,
     settings: MotionSettings,
 ) -> np.ndarray:
-    """The multipliers (m,) of rows c + J Ψ ≤ 0, from those known or else one by one; see `least_motion`."""
+    """The multipliers (m,) of rows c + J Ψ ≤ 0, see `least_motion`.
+
+    They begin at those known, `start` (m,); where that is 0, at what its row would need by itself.
+    """
     transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
 
     def product(multiplier: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from pneumorph.analysis import Curve
-from pneumorph.analysis.pressures import FILLED, HELD
+from pneumorph.analysis.pressures import FILLED, HELD, TIME
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.output.figures import COLOURS, COLUMN, PAGE, SMALL, TEXT, Figure, plain
 from pneumorph.output.sweeps import AXES, reactions, touched
@@ -21,8 +21,6 @@ from pneumorph.problem.objectives.words import MOTION_WORDS
 from pneumorph.results import SweepStep
 
 DASHES = ("-", "--", ":", "-.")
-TIME = ("time",)
-"""What is swept where pressures follow from a supply."""
 SHOWN = 0.02
 """Components below this fraction of the largest in the same diagram are not drawn: a slightly unsymmetric mesh causes
 them."""
@@ -80,7 +78,7 @@ def _diagrams(curves: Sequence[Curve]) -> list[Diagram]:
     }
     volumes = {name: part(lambda step: step.volumes, name) for name in curves[0].found[0].volumes}
     filled = {name.removeprefix(FILLED) for curve in curves for name in curve.swept if name.startswith(FILLED)}
-    found = volumes if any(curve.swept == TIME for curve in curves) else filled
+    found = volumes if any(curve.swept == (TIME,) for curve in curves) else filled
     unknown = {name: part(lambda step: step.pressures, name, 1e3) for name in volumes if name in found}
     return [
         Diagram("translation of the tip", "mm", _named("along", motion), 0.01),
@@ -164,7 +162,7 @@ def _ends(curves: Sequence[Curve]) -> list[End]:
 def _along(curve: Curve, step: SweepStep) -> float:
     """What is swept first: time, s, pressure of a chamber, kPa, motion of an obstacle or the plate, mm or degrees."""
     first = curve.swept[0]
-    if curve.swept == TIME:
+    if first == TIME:
         return step.time or 0.0
     if first in step.pressures:
         return 1e3 * step.pressures[first]
@@ -183,7 +181,7 @@ def _along(curve: Curve, step: SweepStep) -> float:
 def _pressure(curves: Sequence[Curve]) -> str:
     """The label of the axis of what is swept."""
     swept = {curve.swept for curve in curves}
-    if swept == {TIME}:
+    if swept == {(TIME,)}:
         return "time, s"
     moved = {curve.swept[0] for curve in curves if curve.swept[0] not in curve.steps[0].pressures}
     if moved:

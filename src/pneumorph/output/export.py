@@ -24,6 +24,9 @@ from pneumorph.results import Fields
 FORMATS = ("vtu", "inp", "msh", "feb", "py")
 """ParaView and VTK; CalculiX and Abaqus; Gmsh; FEBio; a scene of SOFA."""
 
+CHAIN = "xml"
+"""A chain of rigid links for MuJoCo: it is fitted to states, which `interface/chain.py` finds."""
+
 
 def formats_of(rubber: Rubber) -> tuple[str, ...]:
     """Those of `FORMATS` in which a body of this rubber can be written."""

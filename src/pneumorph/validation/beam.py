@@ -33,7 +33,7 @@ EDGE = 15.0
 """mm above the axis: the edge of the tip at which the load hangs."""
 
 TURNS = 2
-"""How often the moment of that load is found anew for the turn of the tip."""
+"""Iterations: the moment of that load depends on how far the tip has turned."""
 
 WEIGHED = 0.01
 """Standard deviation of loads and weights, which were weighed."""
