@@ -109,5 +109,10 @@ def read_tube(text: str) -> Tube:
     parts = text.replace("×", "x").split("x")
     if len(parts) != 2:
         raise ProblemError(f'tube: "{text}" is not a diameter and a length; write e.g. "2 mm x 1 m"')
-    diameter, length = (units.parse_positive("tube", part.strip(), units.LENGTH) for part in parts)
+    try:
+        diameter, length = (units.parse(part.strip(), units.LENGTH) for part in parts)
+    except ValueError as error:
+        raise ProblemError(f'tube: "{text}": {error}') from None
+    if not min(diameter, length) > 0.0:
+        raise ProblemError(f'tube: "{text}" has a size that is not above zero; write e.g. "2 mm x 1 m"')
     return Tube(diameter, length)

@@ -4,9 +4,9 @@ Air at constant temperature. With the absolute pressure P_c of chamber c, its vo
 
     d(P_c V_c)/dt = R T m_c(supply, P_c),    dV_c/dt = Σ_j C_cj dP_j/dt,    C = ∂V/∂p
 
-with the exact C of the equilibria: the body is without inertia. Within a step, C changes linearly on the way between
-the equilibria at its ends. What flows in fixes the amounts of air, and they fix the pressures at the end, with the
-volumes found there: no air is lost from step to step.
+with the exact C of the equilibria: the body is without inertia. Within a step, volumes are cubic on the way between the
+equilibria at its ends, with the volumes and C of both (Hermite). What flows in fixes the amounts of air, and they fix
+the pressures at the end, with the volumes found there: no air is lost from step to step.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pneumorph.analysis.airflow import GAS, Tube
 from pneumorph.analysis.explore import Explorer
 from pneumorph.analysis.simulate import step_of
 from pneumorph.errors import ProblemError
+from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mechanics.assembly.enclosed import STANDARD
 from pneumorph.results import SweepStep
@@ -31,8 +32,13 @@ from pneumorph.sensitivity import measured_of, response
 
 NEAR = 1e-4
 """Pressures are found when they change by less, over the largest of the supply."""
+LEAST = 1e-7
+"""Gauge pressures below this share of the same are none."""
 FINEST = 64
 """A step is halved until it is found; below this part of it the last pressures are the last that can be found."""
+BENT, LEAST_BENT = 0.25, 1e-3
+"""A step is halved where the parabola misses the change of a volume by more than this share of it, and the volume by
+more than the second."""
 TRIES = 5
 """Of the pressures at the end of a step, before it is halved."""
 MOST_TIMES = 10_000
@@ -152,7 +158,8 @@ def supplied(
     for begin, end in pairwise(times.tolist()):
         if isinstance(now, SweepStep):
             return
-        stops = [begin, *(time for time in supplies.jumps if begin < time < end), end]
+        tiny = 1e-9 * (end - begin)
+        stops = [begin, *(time for time in supplies.jumps if begin + tiny < time < end - tiny), end]
         for one, other in pairwise(stops):
             if isinstance(now, _Moment):
                 now = filling.after(now, one, other, (other - one) / FINEST)
@@ -179,9 +186,12 @@ class _Filling:
 
     def at(self, pressure: np.ndarray) -> _Moment | SweepStep:
         """The equilibrium at gauge pressures (k,) of the supplied chambers, or the step that says why there is none."""
+        stop_if_asked()
         given = {each.name: 0.0 for each in self._explorer.problem.body.chamber} | dict(self._supplies.others)
+        pressure = np.where(np.abs(pressure) < LEAST * self._supplies.largest, 0.0, pressure)
         given |= dict(zip(self._names, pressure.tolist(), strict=True))
-        at, answer, tangent = self._explorer.solved(given, self._like)
+        # Once a state is known, the next one is beside it or not there.
+        at, answer, tangent = self._explorer.solved(given, self._like, near=self._measured is not None)
         whole = self._explorer.whole(self._like)
         step = step_of(self._explorer.problem.task[0].name, given, at, answer, self._explorer.skin(self._like), whole)
         if isinstance(answer, NoEquilibrium):
@@ -197,12 +207,12 @@ class _Filling:
     def after(self, now: _Moment, begin: float, end: float, least: float) -> _Moment | SweepStep:
         """The moment at `end`, from that at `begin`, in halves where it is not found at once."""
         found: _Moment | SweepStep = now
-        pressure, _ = self._flowed(now, begin, end, now.slope)
+        pressure, _ = self._flowed(now, begin, end)
         for _ in range(TRIES):
             found = self.at(pressure)
-            if isinstance(found, SweepStep):
+            if isinstance(found, SweepStep) or not _are_near(now, found):
                 break
-            _, amount = self._flowed(now, begin, end, found.slope, pressure)
+            _, amount = self._flowed(now, begin, end, found)
             total = pressure + STANDARD
             missing = amount - total * found.volume
             change = np.linalg.solve(np.diag(found.volume) + total[:, None] * found.slope, missing)
@@ -211,34 +221,37 @@ class _Filling:
             pressure = pressure + change
         if end - begin <= least:
             step = found if isinstance(found, SweepStep) else found.step
-            return SweepStep(step.task, step.pressures, converged=False, reason=step.reason or UNSTEADY)
+            return SweepStep(step.task, step.pressures, converged=False, reason=LOST)
         middle = (begin + end) / 2
         half = self.after(now, begin, middle, least)
         return self.after(half, middle, end, least) if isinstance(half, _Moment) else half
 
     def _flowed(
-        self, now: _Moment, begin: float, end: float, slope: np.ndarray, there: np.ndarray | None = None
+        self, now: _Moment, begin: float, end: float, then: _Moment | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Gauge pressures (k,) at `end`, and amounts of air P V (k,) in N·mm.
 
-        C is that of `now` where the pressures are, and `slope` at pressures `there`, by default everywhere.
+        Volumes are those on the way to `then`, an equilibrium near that at the end; else C is that of `now` everywhere.
         """
-        k, last, way = (
-            len(now.pressure),
-            float(np.nextafter(end, begin)),
-            None if there is None else there - now.pressure,
-        )
-        length = 0.0 if way is None else float(way @ way)
+        k, inside = len(now.pressure), 1e-9 * (end - begin)
+        way = np.zeros(k) if then is None else then.pressure - now.pressure
+        bend = np.zeros((k, k)) if then is None else then.slope - now.slope
+        left = np.zeros(k) if then is None else _bent(now, then)
+        length = float(way @ way)
 
         def rates(time: float, y: np.ndarray) -> np.ndarray:
             moved = y[:k] - now.pressure
-            share = 1.0 if way is None or length == 0.0 else float(moved @ way) / length
-            here = now.slope + share * (slope - now.slope)
-            volume = now.volume + 0.5 * (now.slope + here) @ moved
+            share = float(np.clip(moved @ way / length, 0.0, 1.0)) if length else 0.0
+            mean = now.slope + 0.5 * share * bend
+            volume = now.volume + mean @ moved + share**2 * (3.0 - 2.0 * share) * left
+            # The derivative of exactly this volume, so that what flows in is what is there.
+            slope = mean
+            if 0.0 < share < 1.0:
+                slope = mean + np.outer(0.5 * bend @ moved + 6.0 * share * (1.0 - share) * left, way) / length
             total = y[:k] + STANDARD
-            # At a jump, the pressure before it counts.
-            flow = GAS * self._supplies.flows(min(time, last), y[:k])
-            return np.concatenate([np.linalg.solve(np.diag(volume) + total[:, None] * here, flow), flow])
+            # At a jump, the pressure on this side of it counts.
+            flow = GAS * self._supplies.flows(float(np.clip(time, begin + inside, end - inside)), y[:k])
+            return np.concatenate([np.linalg.solve(np.diag(volume) + total[:, None] * slope, flow), flow])
 
         start = np.concatenate([now.pressure, (now.pressure + STANDARD) * now.volume])
         size = np.concatenate([np.full(k, self._supplies.largest), np.abs(start[k:])])
@@ -246,7 +259,18 @@ class _Filling:
         return ends[:k], ends[k:]
 
 
-UNSTEADY = "the pressures change by more than what can be followed; ask for more times"
+def _are_near(one: _Moment, other: _Moment) -> bool:
+    """Whether volumes between two equilibria follow from both, which they do not near a pressure that has a maximum."""
+    bent = np.abs(_bent(one, other))
+    return bool((bent <= np.maximum(BENT * np.abs(other.volume - one.volume), LEAST_BENT * one.volume)).all())
+
+
+def _bent(one: _Moment, other: _Moment) -> np.ndarray:
+    """What a cubic of the volumes (k,) between two equilibria has beyond a parabola with the slopes at both, mm³."""
+    return other.volume - one.volume - 0.5 * (one.slope + other.slope) @ (other.pressure - one.pressure)
+
+
+LOST = "no state was found beyond these pressures; where a body balloons, give volumes (simulate --volume A=0:12:1ml)"
 
 
 def read_profiles(given: Mapping[str, str], chambers: Sequence[str]) -> dict[str, Profile]:
@@ -277,7 +301,7 @@ def _profile(key: str, text: str) -> Profile:
     except ValueError as error:
         raise ProblemError(f"{key}: {error}") from None
     if (np.diff(times) < 0.0).any():
-        raise ProblemError(f'{key}: times of "{text}" fall; put the points in the order of their times')
+        raise ProblemError(f'{key}: points of "{text}" are not in the order of their times; put them in that order')
     if (pressures <= -STANDARD).any():
         raise ProblemError(f'{key}: "{text}" is below a vacuum; use pressures above {-1e3 * STANDARD:g} kPa')
     return Profile(times, pressures)

@@ -149,11 +149,13 @@ def _body(problem: Problem) -> Iterator[tuple[str, str]]:
         yield from found_in(problem.solid, problem.mesh.size)
         return
     body = problem.model_dump()["body"]
+    along = "z" if body.get("axis") is None else "along the axis"
+    dome = f", dome of {body['dome']['height']}" if body.get("dome") else ""
     chambers = "; ".join(
-        f"{chamber['name']}, {_section(chamber)}, z from {chamber['span'][0]} to {chamber['span'][1]}"
+        f"{chamber['name']}, {_section(chamber)}, {along} from {chamber['span'][0]} to {chamber['span'][1]}"
         for chamber in body["chamber"]
     )
-    yield f"body      length {body['length']}{_axis(body)}, {_section(body)}; chambers: {chambers}", ""
+    yield f"body      length {body['length']}{_axis(body)}, {_section(body)}{dome}; chambers: {chambers}", ""
 
 
 def _description(at: AnalysedBody) -> Iterator[tuple[str, str]]:

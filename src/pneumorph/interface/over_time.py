@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 PER_MINUTE = 60.0 / STANDARD_DENSITY / 1e6
 """Litres per minute of air at standard conditions in 1 t/s."""
 REACHED = 0.95
-"""Share of the way to its last pressure at which a chamber counts as filled."""
+"""Share of the way to its farthest pressure at which a chamber counts as filled."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,8 +105,10 @@ class OverTime:
             values = np.array([step.pressures[name] for step in found])
             flows = [each.flow[name] for each in self.moments if each.flow]
             largest = max(map(abs, flows))
-            way = np.abs(values - values[0]) >= REACHED * abs(values[-1] - values[0])
-            after = f"{100 * REACHED:.0f} % of the way to {1e3 * values[-1]:.4g} kPa after {times[way.argmax()]:.4g} s"
+            gone = np.abs(values - values[0])
+            last = int((gone >= REACHED * gone.max()).argmax())
+            when = f"between {times[max(last - 1, 0)]:.4g} and {times[last]:.4g} s"
+            after = f"{100 * REACHED:.0f} % of the way to {1e3 * values[gone.argmax()]:.4g} kPa {when}"
             yield (
                 f"{name}: {after}; at most {PER_MINUTE * largest:.3g} l/min of air at standard pressure "
                 f"(Reynolds number {tube.reynolds(largest):.3g})"
@@ -154,6 +156,9 @@ def moments_of(
     chambers = tuple(chamber.name for chamber in explorer.problem.body.chamber)
     profiles = read_profiles(supply, chambers)
     named = dict.fromkeys(profiles, tube) if isinstance(tube, str) else dict(tube)
+    for name in named:
+        if name not in chambers:
+            raise ProblemError(f'tube {name}: there is no chamber "{name}"; use one of {", ".join(chambers)}')
     for name in profiles:
         if name not in named:
             raise ProblemError(f'tube: chamber {name} has a supply and no tube; write e.g. {name}="2 mm x 1 m"')
