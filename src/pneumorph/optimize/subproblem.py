@@ -170,13 +170,17 @@ class _Program:
     def transposed(self) -> sparse.csr_array:
         return sparse.csr_array(self.jacobian.T)
 
+    @cached_property
+    def moduli(self) -> sparse.csr_array:
+        return abs(self.jacobian)
+
     def multiplier(self, multiplier: np.ndarray, change: np.ndarray) -> np.ndarray:
         """λ ← max(0, λ + ρ c) after a smooth step."""
         return np.maximum(0.0, multiplier + PROGRAM.stiffness * (self.known + self.jacobian @ change))
 
     def reached(self, multiplier: np.ndarray, change: np.ndarray, further: np.ndarray) -> np.ndarray:
         """Rows that push after a smooth step (n,), or may do so once it has moved by a few times `further` (n,)."""
-        ahead = self.known + self.jacobian @ change + PROGRAM.ahead * (abs(self.jacobian) @ np.abs(further))
+        ahead = self.known + self.jacobian @ change + PROGRAM.ahead * (self.moduli @ np.abs(further))
         return np.flatnonzero(multiplier + PROGRAM.stiffness * ahead > 0.0)
 
     def part(self, rows: np.ndarray) -> _Program:
@@ -195,14 +199,14 @@ class _Program:
 
     def scale(self) -> np.ndarray:
         """A diagonal (n,) above its Hessian: absolute row sums, tightened."""
-        moduli, factors = abs(self.jacobian), self.proxy.factors
+        factors = self.proxy.factors
 
         def bound(smooth, jacobian, transposed, factors, z):
             change = smooth.apply(z)
             image = PROGRAM.stiffness * (transposed @ (jacobian @ change)) + (factors @ change) @ factors
             return smooth.transpose(image) + self.pull * z
 
-        above = self.smooth.moduli, moduli, sparse.csr_array(moduli.T), np.abs(factors)
+        above = self.smooth.moduli, self.moduli, sparse.csr_array(self.moduli.T), np.abs(factors)
         whole = bound(*above, np.ones(len(self.proxy.slope)))
         return tightened(whole, partial(bound, self.smooth, self.jacobian, self.transposed, factors))
 
