@@ -25,14 +25,15 @@ if TYPE_CHECKING:
     from pneumorph.interface.sweep import Sweep
     from pneumorph.interface.validation import Validation, validate
     from pneumorph.limits.report import LimitReading
-    from pneumorph.problem import Problem, load
+    from pneumorph.problem import Problem, load, with_fewer_chambers
     from pneumorph.proposals import Plan, Proposal, Target
-    from pneumorph.results import HistoryEntry, RunResult, SweepStep, TaskResult, TipStiffness
+    from pneumorph.results import ChamberUse, HistoryEntry, RunResult, SweepStep, TaskResult, TipStiffness
 
 __version__ = "0.2.0"
 
 __all__ = [
     "BeamFit",
+    "ChamberUse",
     "ComputationError",
     "Design",
     "GradientCheck",
@@ -65,6 +66,7 @@ __all__ = [
     "propose",
     "starting_design",
     "validate",
+    "with_fewer_chambers",
 ]
 
 _MODULES = {
@@ -80,9 +82,9 @@ _MODULES = {
     "interface.sweep": ("Sweep",),
     "interface.validation": ("Validation", "validate"),
     "limits.report": ("LimitReading",),
-    "problem": ("Problem", "load"),
+    "problem": ("Problem", "load", "with_fewer_chambers"),
     "proposals": ("Plan", "Proposal", "Target"),
-    "results": ("HistoryEntry", "RunResult", "SweepStep", "TaskResult", "TipStiffness"),
+    "results": ("ChamberUse", "HistoryEntry", "RunResult", "SweepStep", "TaskResult", "TipStiffness"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -10,13 +10,14 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from pneumorph import atomic
 from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
 from pneumorph.cli.solid import found_in
 from pneumorph.cli.trust import asking
 from pneumorph.doing import doing
-from pneumorph.errors import ComputationError, printable
-from pneumorph.interface.design import starting_design
-from pneumorph.interface.runs import open_run
+from pneumorph.errors import ComputationError, ProblemError, printable, writing
+from pneumorph.interface.design import Design, starting_design
+from pneumorph.interface.runs import Run, open_run
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
@@ -24,8 +25,9 @@ from pneumorph.optimize.prospects import shortfalls
 from pneumorph.optimize.setup import build_setup
 from pneumorph.optimize.start import begin_within
 from pneumorph.optimize.states import linear_states
+from pneumorph.output.chambers import of_chambers
 from pneumorph.output.format import format_pressures, part_note, warnings_of
-from pneumorph.problem import Problem, Reinforcement, load, reinforcements
+from pneumorph.problem import Problem, Reinforcement, load, reinforcements, with_fewer_chambers
 from pneumorph.problem.acting import words_of_gravity, words_of_own, words_of_plate
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.doubts import doubts
@@ -36,8 +38,10 @@ from pneumorph.problem.sources import doubt
 BEGINS = "it is at its bound, and a design run begins just within it"
 
 
-def check(problem: Path, quick: bool, trust: bool) -> None:
+def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None) -> None:
     """Check the problem of a file, on its starting body, or of a run, on its last design; `quick` tests no gradient.
+
+    Of a run, its problem with fewer chambers is written to the file `fewer`, if there is one.
 
     Raises
     ------
@@ -83,6 +87,13 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         violated += _violated(reading)
         said = "" if reading.satisfied() else f"; {BEGINS if at_bound else 'violated'}"
         say(f"limit     {reading}, attained {attained:.3g}{said}", "" if reading.satisfied() or at_bound else "red")
+    if run is not None:
+        with doing("finding what chambers do"):
+            uses = design.chambers
+        for sentence in of_chambers(uses):
+            say(f"chambers  {sentence}")
+    if fewer is not None:
+        say(_write_fewer(run, design, fewer))
     states = linear_states(asked, at.space, at.disc, at.analysis)
     values = states.values()
     for limit, key, bound in in_history(asked):
@@ -116,6 +127,23 @@ def check(problem: Path, quick: bool, trust: bool) -> None:
         raise ComputationError("the gradient is not right to second order; try a finer mesh")
     exact = "and its gradient is exact" if tested.tests else "but there is nothing to test its gradient on"
     say(f"{sound} {exact}.")
+
+
+def _write_fewer(run: Run | None, design: Design, path: Path) -> str:
+    """Write a problem without what is not needed of the chambers of a run; what was done, as a line."""
+    if run is None:
+        raise ProblemError("--fewer: is for a run, whose pressures tell what chambers do; give its directory")
+    without = [name for name, use in design.chambers.items() if use.idle]
+    shared = {name: use.same_as for name, use in design.chambers.items() if use.same_as}
+    if not without and not shared:
+        raise ProblemError("--fewer: every chamber has a use of its own; leave the option out")
+    if path.exists():
+        raise ProblemError(f"--fewer {path}: there is already a file of this name; give another name")
+    with writing(path):
+        atomic.write_bytes(path, with_fewer_chambers(run.problem, without, shared).to_toml().encode())
+    done = [f"without {', '.join(without)}"] if without else []
+    done += [f"{name} on the supply of {first}" for name, first in shared.items()]
+    return f"written   {path}: the problem {', '.join(done)}"
 
 
 def _violated(reading: LimitReading) -> bool:
@@ -173,7 +201,7 @@ def _numbers(at: AnalysedBody) -> list[str]:
     if problem.mesh.element == "auto" and model.mixed:
         most = max(rubber.bulk_modulus / rubber.shear_modulus for rubber in model.rubbers.values())
         chosen = f" (bulk modulus {most:.3g} times the shear modulus)"
-    free = sum(pressure.free for task in problem.task for pressure in task.pressure.values())
+    free = len(space.free_pressures)
     data = f", {len(space.free_data)} for sheets and fibres" if space.free_data else ""
     return [
         f"variables {space.n_shape} for the shape, {free} for pressures{data}",

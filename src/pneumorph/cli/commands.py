@@ -207,12 +207,20 @@ def check(
         Path, typer.Argument(metavar="PROBLEM_OR_RUN", help="A problem file (TOML), or a run directory.")
     ],
     quick: Annotated[bool, typer.Option("--quick", help="Leave out the test of the gradient.")] = False,
+    fewer: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="Of a run: write its problem without chambers that no task uses, and with one supply for those with "
+            "the same pressures.",
+        ),
+    ] = None,
     trust: Trusted = False,
 ) -> None:
     """Describe a problem, and check limits and gradient on its starting body, or on the last design of a run."""
     from pneumorph.cli.check import check
 
-    check(problem, quick, trust)
+    check(problem, quick, trust, fewer)
 
 
 @doing("estimating the error of the mesh")

@@ -17,6 +17,7 @@ from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, OF_SHAPE, in_history
 from pneumorph.mechanics import rubbers_of
 from pneumorph.output.certainty import certainty, of_the_mesh
+from pneumorph.output.chambers import of_chambers
 from pneumorph.output.format import (
     balloons,
     balloons_perhaps,
@@ -53,6 +54,11 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
             yield Text(f"{task.name}: {balloons(result.tasks[task.name].pressures, margin)}", style="bold")
         if followed := result.followed.get(task.name):
             yield Text(f"{task.name}: {balloons_perhaps(result.tasks[task.name].pressures, followed)}", style="bold")
+    for told in of_chambers(result.chambers):
+        yield Text(told)
+    if any(use.idle or use.same_as for use in result.chambers.values()):
+        shown = shlex.quote(str(run.path))
+        yield Text(f"For a problem without what is not needed: pneumorph check {shown} --quick --fewer FILE.toml")
     for told in filter(None, map(doubt, materials(run.problem).values())):
         yield Text(told)
     last = run.history[-1]

@@ -28,11 +28,20 @@ SPAN = 2.0
 
 @dataclass(frozen=True)
 class FreePressure:
-    """A pressure that is designed along with the shape: its task, its chamber, and its scale in mm of Φ per MPa."""
+    """A pressure that is designed along with the shape: its task, its chamber, and its scale in mm of Φ per MPa.
+
+    `shared` are the other chambers that have it.
+    """
 
     task: str
     chamber: str
     scale: float
+    shared: tuple[str, ...] = ()
+
+    @property
+    def chambers(self) -> tuple[str, ...]:
+        """All chambers that have it."""
+        return (self.chamber, *self.shared)
 
 
 @dataclass(frozen=True)
@@ -121,7 +130,7 @@ class DesignSpace:
         """Pressure in MPa of every chamber in every task, fixed and free."""
         result = {task: dict(chambers) for task, chambers in self.fixed_pressures.items()}
         for free, value in zip(self.free_pressures, phi[self.n_shape : self._data.start], strict=True):
-            result[free.task][free.chamber] = float(value) / free.scale
+            result[free.task] |= dict.fromkeys(free.chambers, float(value) / free.scale)
         return result
 
     def data(self, phi: Array) -> dict[str, dict[str, float]]:
@@ -159,7 +168,10 @@ class DesignSpace:
         (n,) array
         """
         dp = dp or {}
-        by_pressure = [dp.get(free.task, {}).get(free.chamber, 0.0) / free.scale for free in self.free_pressures]
+        by_pressure = [
+            sum(dp.get(free.task, {}).get(chamber, 0.0) for chamber in free.chambers) / free.scale
+            for free in self.free_pressures
+        ]
         by_datum = [0.0 if reinforcement is None else reinforcement[free.place] / free.scale for free in self.free_data]
         return np.concatenate([self.L.T @ np.asarray(dP, dtype=float).ravel(), by_pressure, by_datum])
 
@@ -202,7 +214,10 @@ def build_space(problem: Problem, body: Body, shape: ShapeVariables) -> DesignSp
             if not pressure.free:
                 fixed[task.name][chamber] = pressure.start
                 continue
-            pressures.append(FreePressure(task.name, chamber, _scale(pressure)))
+            if pressure.same_as is not None:
+                continue
+            shared = tuple(name for name, other in task.pressure.items() if other.same_as == chamber)
+            pressures.append(FreePressure(task.name, chamber, _scale(pressure), shared))
             variables.append(pressure)
     names = {each.name: list(data_of(each)) for each in reinforcements(problem)}
     for name, own in designed(problem).items():

@@ -29,7 +29,8 @@ from pneumorph.analysis import (
     prepare_simulation,
 )
 from pneumorph.analysis.accuracy import MeshError, mesh_errors
-from pneumorph.analysis.near import analyse_near
+from pneumorph.analysis.near import Solved, analyse_near
+from pneumorph.analysis.rates import motion_rates
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
@@ -41,7 +42,8 @@ from pneumorph.limits.report import LimitReading
 from pneumorph.mechanics import part_of
 from pneumorph.problem import Problem
 from pneumorph.problem.designed import starting_at
-from pneumorph.results import Fields, HistoryEntry, TaskResult
+from pneumorph.results import ChamberUse, Fields, HistoryEntry, TaskResult
+from pneumorph.results.chambers import chamber_uses
 
 if TYPE_CHECKING:
     import pyvista
@@ -119,6 +121,20 @@ class Design:
             If they have to be computed, and the design cannot be meshed or has no equilibrium.
         """
         return collect_task_results(*self._analysed) if self.entry is None else self.entry.tasks
+
+    @cached_property
+    def chambers(self) -> dict[str, ChamberUse]:
+        """What each chamber does in the tasks, and which are idle; empty for bodies with a single one.
+
+        Raises
+        ------
+        ComputationError
+            If the body cannot be meshed or has no equilibrium.
+        """
+        if len(self.body.chambers) == 1:
+            return {}
+        near = self._near
+        return chamber_uses(self.problem, self.results, motion_rates(near.disc, near.analysis))
 
     @cached_property
     def fields(self) -> Fields:
@@ -514,10 +530,8 @@ class Design:
         >>> bool(error.missing[2] > 0.0), bool(error.corrected[2] > error.motion[2])  # mm: meshes are too stiff
         (True, True)
         """
-        problem = starting_at(self.problem, self.pressures)
-        known = (self.stored, self.entry.tasks) if self.entry is not None else (None, None)
-        near = analyse_near(problem, self.body, part_of(problem), *known)
-        return mesh_errors(problem, near.disc, near.analysis)
+        near = self._near
+        return mesh_errors(starting_at(self.problem, self.pressures), near.disc, near.analysis)
 
     def tolerance(self, task: str | None = None, **tolerances: Any) -> ToleranceReport:
         """How far the motions of the tip scatter when the design is made, and what each tolerance contributes.
@@ -792,6 +806,13 @@ class Design:
         if name not in names:
             raise ProblemError(f'task: there is no task "{name}"; use one of {", ".join(names)}')
         return name
+
+    @cached_property
+    def _near(self) -> Solved:
+        """Its states to full precision, from those that are stored."""
+        problem = starting_at(self.problem, self.pressures)
+        known = (self.stored, self.entry.tasks) if self.entry is not None else (None, None)
+        return analyse_near(problem, self.body, part_of(problem), *known)
 
     @cached_property
     def _analysed(self) -> tuple[Discretisation, Analysis]:

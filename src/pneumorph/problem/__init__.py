@@ -15,6 +15,7 @@ from pneumorph.problem.design import DesignSpec
 from pneumorph.problem.designed import reinforcements
 from pneumorph.problem.envelope import Envelope, HalfSpace
 from pneumorph.problem.fabrication import MakeSpec
+from pneumorph.problem.fewer import with_fewer_chambers
 from pneumorph.problem.file import load, loads, read
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
@@ -110,4 +111,5 @@ __all__ = [
     "loads",
     "read",
     "reinforcements",
+    "with_fewer_chambers",
 ]

@@ -6,7 +6,15 @@ Field names are the keys of the file. After reading, every quantity is a float i
 import warnings
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, Strict, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    SerializerFunctionWrapHandler,
+    Strict,
+    model_serializer,
+    model_validator,
+)
 from pydantic_core import CoreSchema
 
 from pneumorph import units
@@ -169,7 +177,10 @@ class Gravity(Table):
 
 
 class Pressure(Variable):
-    """The gauge pressure of a chamber in MPa: fixed, or free between min and max and designed along with the shape."""
+    """The gauge pressure of a chamber in MPa: fixed, or free between min and max and designed along with the shape.
+
+    One that is the same as that of another chamber, on whose supply it is, has what that one has.
+    """
 
     quantity: ClassVar = Quantity(units.PRESSURE)
 
@@ -179,6 +190,43 @@ class Pressure(Variable):
     """Lower bound; negative is vacuum."""
     max: GaugePressure
     """Upper bound."""
+    same_as: Name | None = None
+    """A chamber with which it shares one supply: nothing else is given then, e.g. B = { same_as = "A" }."""
+
+    @model_serializer(mode="wrap")
+    def _as_in_the_file(self, write: SerializerFunctionWrapHandler) -> Any:
+        if self.same_as is not None:
+            return {"same_as": self.same_as}
+        # The schema is made of a pressure without values.
+        known = bool(self.model_fields_set)
+        return self.quantity.write(self.start) if known and not self.free else write(self)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        shared = {"type": "object", "properties": {"same_as": {"type": "string"}}, "required": ["same_as"]}
+        return {"anyOf": [cls.quantity.json_schema(), handler(schema), shared]}
+
+
+def _with_shared(given: Any) -> Any:
+    """The pressures of a task, where one that is the same as another's has what that one has."""
+    if not isinstance(given, dict):
+        return given
+
+    def whole(name: str, value: Any) -> Any:
+        if not isinstance(value, dict) or value.get("same_as") is None:
+            return value
+        if others := [key for key in value if key != "same_as"]:
+            raise InvalidKey(name, f"has same_as, which gives {others[0]} too; leave one of both out")
+        leader = value["same_as"]
+        first = given.get(leader) if isinstance(leader, str) else None
+        if first is None or leader == name or (isinstance(first, dict) and first.get("same_as") is not None):
+            raise InvalidKey(name, "has same_as, which names no other chamber with a pressure in this task; name one")
+        if isinstance(first, Pressure):
+            return first.model_copy(update={"same_as": leader})
+        alike = first if isinstance(first, dict) else {"start": first, "min": first, "max": first}
+        return alike | {"same_as": leader}
+
+    return {name: whole(name, value) for name, value in given.items()}
 
 
 class Task(Table):
@@ -195,6 +243,7 @@ class Task(Table):
     pressure: Annotated[
         dict[Name, Pressure],
         Field(max_length=MOST_CHAMBERS),
+        BeforeValidator(_with_shared),
         Example('e.g. pressure = { A = "60 kPa" }, or pressure = {} if every chamber is filled or sealed'),
     ]
     """Gauge pressure of each chamber; 0 for a chamber without an entry, a volume or a gas."""

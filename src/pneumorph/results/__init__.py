@@ -5,6 +5,7 @@ from pneumorph.results.nodal import nodal_stress, nodal_stretch
 from pneumorph.results.objects import from_json, to_json
 from pneumorph.results.records import (
     Cause,
+    ChamberUse,
     Cycle,
     FineResult,
     HistoryEntry,
@@ -19,6 +20,7 @@ from pneumorph.results.records import (
 
 __all__ = [
     "Cause",
+    "ChamberUse",
     "Cycle",
     "Fields",
     "FineResult",

@@ -36,6 +36,7 @@ RARE = (
     "fine_reaction",
     "fine_volume_mm3",
     "castings",
+    "chambers",
     "stiffness",
 )
 """Keys that are left out of files where they are empty."""

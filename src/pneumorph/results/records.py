@@ -186,6 +186,37 @@ class MotionRates:
     by_modulus: tuple[float, ...] | None = None
 
 
+IDLE = 0.01
+"""Part of the largest pressure, and of the motion of every task, below which a chamber does nothing, and by which
+pressures may differ that count as equal."""
+
+
+@dataclass(frozen=True)
+class ChamberUse:
+    """What a chamber does in the tasks of a design that has several.
+
+    Attributes
+    ----------
+    pressure : float
+        Its largest pressure over the largest of all chambers.
+    motion : float or None
+        The largest part of a task's motion of the tip that its pressure makes, to first order: pressure times rate over
+        the motion, turns times the length of the body. None where its rate is not known, or a task is about something
+        other than motions of the tip.
+    same_as : str
+        The first other chamber with the same pressures in all tasks; empty if there is none.
+    """
+
+    pressure: float
+    motion: float | None = None
+    same_as: str = ""
+
+    @property
+    def idle(self) -> bool:
+        """Whether no task uses it."""
+        return self.pressure <= IDLE or (self.motion is not None and self.motion < IDLE)
+
+
 @dataclass(frozen=True)
 class Cause:
     """Something that a workshop cannot repeat exactly, and what it does to the tip.
@@ -257,6 +288,8 @@ class RunResult:
         Of tasks of which that is not known: the pressures up to which states could be followed, over the working ones.
     finer : {task: FineResult}
         Estimates of results without the error of the mesh; of tasks of which it is known.
+    chambers : {chamber: ChamberUse}
+        If completed, of designs with several chambers whose pressures are given.
     """
 
     title: str
@@ -279,6 +312,7 @@ class RunResult:
     margins: Mapping[str, float] = field(default_factory=dict)
     followed: Mapping[str, float] = field(default_factory=dict)
     finer: Mapping[str, FineResult] = field(metadata={"key": "on_fine_mesh", "of": FineResult}, default_factory=dict)
+    chambers: Mapping[str, ChamberUse] = field(metadata={"of": ChamberUse}, default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from pneumorph.errors import ComputationError, NotWritten
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
 from pneumorph.problem import Problem
 from pneumorph.results import FineResult, HistoryEntry, Motion, MotionRates, RunResult
+from pneumorph.results.chambers import chamber_uses
 from pneumorph.results.targets import targets_reached
 from pneumorph.run import RunDirectory, StoredDesign, locked
 
@@ -131,6 +132,7 @@ def result(problem: Problem, history: list[HistoryEntry], outcome: Outcome) -> R
         margins=outcome.margins,
         followed=outcome.followed,
         finer=outcome.finer,
+        chambers=chamber_uses(problem, last.tasks, outcome.rates) if outcome.completed else {},
         targets={name: each.value for name, each in targets_reached(problem, history).items()},
     )
 

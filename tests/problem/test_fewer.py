@@ -1,0 +1,78 @@
+"""Problems with fewer chambers, and chambers that share a supply."""
+
+import numpy as np
+import pytest
+from texts import TWO_BESIDE, problem_text
+
+from pneumorph.errors import ProblemError
+from pneumorph.geometry.starting import space_of
+from pneumorph.problem import loads, with_fewer_chambers
+
+FREE = '{ start = "30 kPa", min = "0 kPa", max = "60 kPa" }'
+TASK = f"""
+[[task]]
+name = "go"
+pressure.A = {FREE}
+pressure.B = SECOND
+objective = {{ motion = "extension" }}
+"""
+
+
+def text(second, symmetry='symmetry = { mirror = ["xz", "yz"] }'):
+    return problem_text(TASK.replace("SECOND", second), radius=11, chambers=TWO_BESIDE, body=symmetry)
+
+
+SHARED = loads(text('{ same_as = "A" }'))
+
+
+def test_a_shared_pressure_is_one_variable_of_both_chambers():
+    space = space_of(SHARED)
+    assert space.n == space.n_shape + 1
+    phi = space.start.copy()
+    phi[-1] *= 1.5
+    assert space.pressures(phi)["go"] == {"A": pytest.approx(0.045), "B": pytest.approx(0.045)}
+    # The transpose of that map.
+    pulled = space.pullback(np.zeros((space.reference.n_points, 3)), {"go": {"A": 3.0, "B": 4.0}})
+    step = 0.01
+    phi[-1] += step
+    raised = space.pressures(phi)["go"]
+    assert 3.0 * (raised["A"] - 0.045) + 4.0 * (raised["B"] - 0.045) == pytest.approx(pulled[-1] * step)
+
+
+def test_a_shared_pressure_follows_the_other_when_it_changes():
+    assert loads(SHARED.to_toml()) == SHARED
+    assert SHARED.with_changes({"task[0].pressure.A": "20 kPa"}).task[0].pressure["B"].start == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(
+    ("second", "reason"),
+    [
+        ('{ same_as = "C" }', "names no other chamber"),
+        ('{ same_as = "B" }', "names no other chamber"),
+        ('{ same_as = "A", max = "3 kPa" }', "gives max too"),
+    ],
+)
+def test_a_shared_pressure_that_makes_no_sense(second, reason):
+    with pytest.raises(ProblemError, match=rf"task\[0\].pressure.B: .*{reason}"):
+        loads(text(second))
+
+
+def test_chambers_that_are_merged_share_the_supply_of_the_first():
+    apart = loads(text(FREE))
+    assert with_fewer_chambers(apart, (), {"B": "A"}) == SHARED
+
+
+def test_a_body_without_a_chamber_keeps_the_symmetry_that_is_left():
+    fewer = with_fewer_chambers(loads(text(FREE)), ["A"], {})
+    assert [chamber.name for chamber in fewer.body.chamber] == ["B"]
+    assert list(fewer.task[0].pressure) == ["B"]
+    assert fewer.body.symmetry.mirror == ("xz",)
+    # What shared the supply of the chamber has its pressure.
+    assert with_fewer_chambers(SHARED, ["A"], {}).task[0].pressure["B"].max == pytest.approx(0.06)
+
+
+def test_some_chamber_is_left():
+    with pytest.raises(ProblemError, match="none is left"):
+        with_fewer_chambers(SHARED, ["A", "B"], {})
+    with pytest.raises(ProblemError, match='no chamber "C"'):
+        with_fewer_chambers(SHARED, ["C"], {})
