@@ -51,6 +51,10 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None) ->
         If the gradient is not right to second order.
     """
     run = open_run(problem, asking(trust)) if problem.is_dir() else None
+    if fewer is not None and run is None:
+        raise ProblemError("--fewer: is for a run, whose pressures tell what chambers do; give its directory")
+    if fewer is not None and fewer.exists():
+        raise ProblemError(f"--fewer {fewer}: there is already a file of this name; give another name")
     asked = load(problem, asking(trust)) if run is None else run.problem
     console = Console()
 
@@ -92,8 +96,8 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None) ->
             uses = design.chambers
         for sentence in of_chambers(uses):
             say(f"chambers  {sentence}")
-    if fewer is not None:
-        say(_write_fewer(run, design, fewer))
+        if fewer is not None:
+            say(_write_fewer(run, design, fewer))
     states = linear_states(asked, at.space, at.disc, at.analysis)
     values = states.values()
     for limit, key, bound in in_history(asked):
@@ -129,16 +133,12 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None) ->
     say(f"{sound} {exact}.")
 
 
-def _write_fewer(run: Run | None, design: Design, path: Path) -> str:
+def _write_fewer(run: Run, design: Design, path: Path) -> str:
     """Write a problem without what is not needed of the chambers of a run; what was done, as a line."""
-    if run is None:
-        raise ProblemError("--fewer: is for a run, whose pressures tell what chambers do; give its directory")
     without = [name for name, use in design.chambers.items() if use.idle]
     shared = {name: use.same_as for name, use in design.chambers.items() if use.same_as}
     if not without and not shared:
         raise ProblemError("--fewer: every chamber has a use of its own; leave the option out")
-    if path.exists():
-        raise ProblemError(f"--fewer {path}: there is already a file of this name; give another name")
     with writing(path):
         atomic.write_bytes(path, with_fewer_chambers(run.problem, without, shared).to_toml().encode())
     done = [f"without {', '.join(without)}"] if without else []
