@@ -5,7 +5,7 @@ import pytest
 from texts import EXTEND, problem_text
 
 import pneumorph as pm
-from pneumorph.analysis import Explorer
+from pneumorph.analysis import Explorer, reaching
 from pneumorph.analysis.reaching import Reaching
 from pneumorph.problem import loads
 from pneumorph.problem.components import MOTIONS
@@ -84,3 +84,13 @@ def test_what_is_out_of_reach_is_at_the_bounds_nearest_to_it():
     assert found.pressures["A"] == pytest.approx(LARGEST) and found.pressures["B"] == pytest.approx(0.0, abs=1e-6)
     assert found.at_bounds == ("A",)
     assert found.distance == pytest.approx(abs(0.5 * np.degrees(most)), rel=1e-3)
+    assert found.nearer < 1e-3 * found.distance
+
+
+def test_what_is_not_nearest_would_be_nearer_to_first_order(three, monkeypatch):
+    """After one step a search has not come to an end, and says how much is left."""
+    monkeypatch.setattr(reaching, "MOST", 1)
+    monkeypatch.setattr(reaching, "RESTARTS", 1)
+    motion = motion_at(three, {"A": 0.7 * LARGEST, "B": 0.2 * LARGEST})
+    found = searcher(three, 3).reach({name: 3.0 * motion[name] for name in ("bending_x", "bending_y")})
+    assert not found.reached and found.nearer > 0.1 * found.distance

@@ -49,6 +49,9 @@ class Reached:
         The length of these, mm; a degree counts as 1 mm.
     reached : bool
         Whether that is as good as none.
+    nearer : float
+        By how much the distance would become smaller at other pressures within the bounds, mm, if the motion were
+        linear from here: 0 where the pressures are a nearest point to first order.
     at_bounds : tuple of str
         Chambers whose pressure is at a bound.
     by_pressure : (6, C)
@@ -64,6 +67,7 @@ class Reached:
     off: Mapping[str, float]
     distance: float
     reached: bool
+    nearer: float
     at_bounds: tuple[str, ...]
     by_pressure: np.ndarray
     solves: int
@@ -143,8 +147,7 @@ class Reaching:
             return None
         for _ in range(MOST):
             matrix, rhs = goal.linear(point, self._rest)
-            room = np.maximum(-point.q, -radius), np.minimum(1.0 - point.q, radius)
-            step = lsq_linear(matrix, rhs, (np.minimum(room[0], -1e-12), np.maximum(room[1], 1e-12)), tol=1e-12).x
+            step = _step(point, matrix, rhs, radius)
             expected = float(rhs @ rhs - np.sum((rhs - matrix @ step) ** 2))
             if expected <= (STILL * goal.within) ** 2 or radius < 1e-4:
                 break
@@ -184,17 +187,26 @@ class Reaching:
             for name, q, rest in zip(self._names, point.q, self._rest, strict=True)
             if (q <= 1e-9 and abs(rest) > 1e-9) or q >= 1.0 - 1e-9
         )
+        matrix, rhs = goal.linear(point)
+        left = float(np.linalg.norm(rhs - matrix @ _step(point, matrix, rhs, 1.0)))
         return Reached(
             self._pressures(point.q),
             point.motion,
             dict(zip(goal.names, goal.off(point), strict=True)),
             goal.distance(point),
             goal.distance(point) <= goal.within,
+            max(goal.distance(point) - left, 0.0),
             at_bounds,
             point.slope / self._range,
             solves,
             starts,
         )
+
+
+def _step(point: _Point, matrix: np.ndarray, rhs: np.ndarray, radius: float) -> np.ndarray:
+    """The step (C,) of the parts of ranges that makes |A s − b| smallest, within the bounds and a radius."""
+    low, high = np.maximum(-point.q, -radius), np.minimum(1.0 - point.q, radius)
+    return lsq_linear(matrix, rhs, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)), tol=1e-12).x
 
 
 class _Goal:
@@ -220,9 +232,12 @@ class _Goal:
         """What is minimised: the squared distance, and a little effort."""
         return self.distance(point) ** 2 + self._effort**2 * float(np.sum((point.q - rest) ** 2))
 
-    def linear(self, point: _Point, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A and b of the merit |A s − b|² after a step s of the parts, with a motion that is linear in it."""
+    def linear(self, point: _Point, rest: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """A and b of the merit |A s − b|² after a step s of the parts, with a motion that is linear in it; without
+        effort, if no pressures at rest are given."""
         slope = self._scale[:, None] * point.slope[self._rows]
+        if rest is None:
+            return slope, -self._scale * self.off(point)
         matrix = np.vstack([slope, self._effort * np.eye(len(point.q))])
         return matrix, np.concatenate([-self._scale * self.off(point), -self._effort * (point.q - rest)])
 

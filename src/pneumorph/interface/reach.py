@@ -18,6 +18,9 @@ from pneumorph.problem.components import MOTION_OF, MOTIONS
 from pneumorph.problem.objectives.words import MOTION_WORDS
 from pneumorph.units import ANGLE, LENGTH, PRESSURE, parse
 
+NO_NEARER = 1e-3
+"""Part of the distance below which it is no smaller at other pressures."""
+
 Bounds = dict[str, tuple[float, float]]
 
 
@@ -51,10 +54,15 @@ class PressuresFound:
             lines.append(f"{MOTION_WORDS[motion]} {_amount(motion, achieved)} (wanted {_amount(motion, value)})")
         if not found.reached:
             bound = f"; at a bound: {', '.join(found.at_bounds)}" if found.at_bounds else ""
-            lines.append(
-                f"it misses by {found.distance:.3g} mm, where 1° counts as 1 mm; nothing nearer was found from "
-                f"{found.starts} starts{bound}"
-            )
+            lines.append(f"it misses by {found.distance:.3g} mm, where 1° counts as 1 mm{bound}")
+            nothing = f"nothing nearer was found from {found.starts} starts"
+            if found.nearer <= NO_NEARER * found.distance:
+                lines.append(f"to first order no pressures within the bounds bring it nearer, and {nothing}")
+            else:
+                lines.append(
+                    f"{nothing}; to first order others bring it nearer by {found.nearer:.2g} mm, but the search "
+                    "came to pressures without a stable state, or to its largest number of steps"
+                )
         return "\n".join(lines)
 
     __repr__ = __str__
