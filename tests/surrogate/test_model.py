@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 import pneumorph as pm
 from pneumorph.cli import app
 from pneumorph.surrogate import reader
+from pneumorph.surrogate.file import read_shape
 
 TWO = """[end_effector]
 kind = "plate"
@@ -45,6 +46,16 @@ def test_a_model_of_two_chambers(tmp_path):
     span = np.ptp([model.pose(p).translation for p in ([0.0, 0.0], [0.06, 0.0], [0.0, 0.06])], axis=0).max()
     assert np.abs(pose.translation - step.translation).max() < 0.005 * span
     assert model.volumes({"A": 0.047, "B": 0.011})["A"] == pytest.approx(step.volumes["A"], rel=1e-4)
+    faces, modes = read_shape(path)
+    exact = explorer.at({"A": 0.047, "B": 0.011}).fields.whole()
+    look = modes.at(2.0 * np.array([0.047, 0.011]) / 0.06 - 1.0)
+    np.testing.assert_allclose(faces.points, exact.mesh.points[exact.skin], atol=1e-9)
+    off = np.linalg.norm(look[:, :3] - exact.u["bend"][exact.skin], axis=1)
+    assert off.max() < 2 * model.errors["shape_mm"] < 0.01 * model.header["ranges"]["shape_mm"]
+    assert np.abs(look[:, 3] + 1.0 - exact.stretch["bend"][exact.skin]).max() < 2 * model.errors["stretch"] < 0.02
+    np.savez(tmp_path / "odd.npz", **{**np.load(path), "shape_modes": np.zeros((2, 3, 4))})
+    with pytest.raises(reader.ModelError, match="the shapes in it are damaged"):
+        read_shape(tmp_path / "odd.npz")
     result = run("model", tmp_path / "two.toml", "--check", path)
     assert result.exit_code == 0, result.output
     result = run("model", tmp_path / "other.toml", "--check", path)

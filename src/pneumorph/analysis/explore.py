@@ -185,6 +185,16 @@ class Explorer:
         """
         return self._meshed(dict(like)).skin
 
+    def mesh(self, like: Mapping[str, float]) -> TetMesh:
+        """The mesh on which `solved` solves, of the body or of its part.
+
+        Parameters
+        ----------
+        like : {chamber: MPa}
+            As for `solved`.
+        """
+        return self._meshed(dict(like)).mesh
+
     def known_pressures(self) -> list[dict[str, float]]:
         """The pressures (MPa) of the tasks with stored results, at which equilibria are known from the beginning."""
         return [dict(result.pressures) for result in self._results.values()]

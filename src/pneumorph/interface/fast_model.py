@@ -15,6 +15,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.interface.reach import bounds_of
 from pneumorph.surrogate.build import Built, build, groups_of
 from pneumorph.surrogate.file import fingerprint, write
+from pneumorph.surrogate.modes import faces_of
 from pneumorph.surrogate.reader import Model, ModelError
 from pneumorph.surrogate.states import Sample, States
 
@@ -24,7 +25,12 @@ LOOSEST, FINEST = 0.2, 1e-4
 MOST_CHAMBERS = 4
 MOST_SECTIONS = 50
 
-WORDS = {"translation": "translation of the tip", "rotation": "rotation of the tip", "volume": "volumes"}
+WORDS = {
+    "translation": "translation of the tip",
+    "rotation": "rotation of the tip",
+    "volume": "volumes",
+    "shape": "places on the surfaces",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -146,7 +152,7 @@ def build_model(
         )
     if path.suffix != ".npz":
         raise ProblemError(f"{path}: is no name of a model; let it end in .npz")
-    states = States(explorer, given, sections)
+    states = States(explorer, given, sections, looked=True)
     built = build(states, groups_of(len(given), sections), tolerance, most, said)
     problem = explorer.problem
     about = {
@@ -155,7 +161,7 @@ def build_model(
         "body": fingerprint(problem, explorer.body),
         "made_with": pneumorph.__version__,
     }
-    write(path, built, states.names, sections, about, tolerance)
+    write(path, built, states.names, sections, about, tolerance, faces_of(states.mesh))
     return FastModel(path, Model(path), built, tolerance)
 
 
@@ -207,5 +213,7 @@ def error_words(name: str, error: float, span: float | None) -> str:
     words = WORDS.get(what, what.replace("_", " "))
     if name == "compliance":
         return f"compliance {100 * error:.2g} %"
+    if name == "stretch":
+        return f"largest stretch on the surfaces {error:.2g}"
     amount = f"{np.degrees(error):.2g}°" if unit == "rad" else f"{error:.2g} {unit.replace('mm3', 'mm³')}"
     return f"{words} {amount}{part}"

@@ -34,11 +34,14 @@ class Response:
         Per MPa of each chamber; 0 of those whose pressure is found with the state.
     compliance : (6, 6)
         What the tip's motions change by per N and N·mm of the forces that do work on them.
+    moved : (C, n)
+        What the unknowns change by per MPa of each chamber.
     """
 
     values: np.ndarray
     by_pressure: np.ndarray
     compliance: np.ndarray
+    moved: np.ndarray
 
 
 def measured_of(slabs: Slabs = NO_SLABS, shift: np.ndarray | None = None) -> Objective:
@@ -83,4 +86,4 @@ def response(at: Configuration, tangent: Tangent, state: State, measured: Object
         moved = moved + np.linalg.solve(border.schur, border.push.T @ moved.T).T @ border.along.T
     by_pressure = np.array([by_known(at, each) for each in rows @ moved[6:].T])
     compliance = rows[:6] @ moved[:6].T
-    return Response(values, by_pressure, 0.5 * (compliance + compliance.T))
+    return Response(values, by_pressure, 0.5 * (compliance + compliance.T), moved[6:])

@@ -11,6 +11,7 @@ from pneumorph.doing import doing
 from pneumorph.errors import ComputationError
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.surrogate.domain import Domain, whole
+from pneumorph.surrogate.modes import Modes, modes_of
 from pneumorph.surrogate.polynomials import chosen, fitted, values_of
 from pneumorph.surrogate.states import Missing, Sample, States, nearest_first
 
@@ -23,6 +24,9 @@ SOFT = 4.0
 
 LEAST = {"mm": 0.1, "rad": 0.002, "mm3": 1.0}
 """Ranges in mm, rad and mm³ below which values count as constant."""
+
+RELATIVE = ("compliance", "stretch")
+"""Errors that are parts already."""
 
 MOST_CUTS = 12
 """Boxes that are cut where states are missing, before what is left is taken for unknown."""
@@ -46,6 +50,8 @@ class Fit:
     index, coefficients : (t, C), (t, k)
     soft_index, soft_coefficients : (s, C), (s, 21)
         Of the lower triangle of the compliance.
+    modes : Modes or None
+        What the surfaces look like, where the samples have been looked at.
     """
 
     domain: Domain
@@ -53,6 +59,7 @@ class Fit:
     coefficients: np.ndarray
     soft_index: np.ndarray
     soft_coefficients: np.ndarray
+    modes: Modes | None = None
 
     def values(self, pressures: np.ndarray) -> np.ndarray:
         """Values (n, k) at pressures (n, C)."""
@@ -72,7 +79,8 @@ class Built:
     fit : Fit
     errors, ranges : {group: float}
         Largest error of states that the fit does not know, and the largest range of a value of each group over all
-        samples. The compliance has a relative error.
+        samples. The compliance has a relative error; "shape_mm" is that of the places of all nodes of the surfaces,
+        and "stretch" that of stretches there.
     samples, held_out : lists of Sample
     missing : list of Missing
     solved, factorisations, dofs : the cost, and the size of the body's mesh.
@@ -89,8 +97,8 @@ class Built:
     dofs: int = 0
 
     def worst(self) -> float:
-        """The largest error of motions, volumes and sections relative to their range."""
-        return max(self.errors[name] / self.ranges[name] for name in self.errors if name != "compliance")
+        """The largest error of motions, volumes, sections and shape relative to their range."""
+        return max(self.errors[name] / self.ranges[name] for name in self.errors if name not in RELATIVE)
 
 
 def groups_of(chambers: int, sections: int) -> list[Group]:
@@ -134,7 +142,7 @@ def build(
         batch = HELD_OUT // 2 * (1 + len(states.bounds) // 3)
         search.add(search.domain.drawn(batch, rng, dense=True), far)
         while True:
-            fit = fit_of(search.domain, search.samples, groups)
+            fit = fit_of(search.domain, search.samples, groups, tolerance)
             known, cuts = list(search.samples), len(search.missing)
             held = search.add(search.domain.drawn(HELD_OUT, rng), far)
             if cuts < len(search.missing):
@@ -204,8 +212,8 @@ class _Search:
         return found
 
 
-def fit_of(domain: Domain, samples: list[Sample], groups: list[Group]) -> Fit:
-    """The polynomials that fit samples best."""
+def fit_of(domain: Domain, samples: list[Sample], groups: list[Group], tolerance: float) -> Fit:
+    """The polynomials that fit samples best; the tolerance says how many modes there are."""
     x = _scaled(domain, np.array([each.pressures for each in samples]))
     values = np.array([each.values for each in samples])
     slopes = np.array([each.slopes for each in samples]).transpose(0, 2, 1) * domain.size[:, None] / 2
@@ -216,7 +224,8 @@ def fit_of(domain: Domain, samples: list[Sample], groups: list[Group]) -> Fit:
     soft = np.array([each.compliance[np.tril_indices(6)] for each in samples])
     typical = np.abs(soft).max(axis=0) + 1e-300
     soft_index = chosen(x, soft / typical, None)
-    return Fit(domain, index, fitted(x, values, slopes, index), soft_index, fitted(x, soft, None, soft_index))
+    modes = modes_of(x, domain.size, samples, tolerance)
+    return Fit(domain, index, fitted(x, values, slopes, index), soft_index, fitted(x, soft, None, soft_index), modes)
 
 
 def _measured(fit: Fit, groups: list[Group], known: list[Sample], held: list[Sample], search: _Search) -> Built:
@@ -231,6 +240,12 @@ def _measured(fit: Fit, groups: list[Group], known: list[Sample], held: list[Sam
         errors[group.name] = float(size.max())
     errors["compliance"] = max(map(_relative, fit.soft(pressures), (each.compliance for each in held)))
     ranges = _ranges(every, groups)
+    if fit.modes is not None:
+        looks = [fit.modes.at(each) for each in _scaled(fit.domain, pressures)]
+        parts = [look - each.look for look, each in zip(looks, held, strict=True) if each.look is not None]
+        errors["shape_mm"] = max(float(np.linalg.norm(each[:, :3], axis=1).max()) for each in parts)
+        errors["stretch"] = max(float(np.abs(each[:, 3]).max()) for each in parts)
+        ranges["shape_mm"] = _spread([each.look[:, :3] for each in search.samples if each.look is not None])
     states = search.states
     cost = states.solved, states.factorisations, states.dofs
     return Built(fit, errors, ranges, known, held, list(search.missing), *cost)
@@ -249,6 +264,12 @@ def _relative(packed: np.ndarray, exact: np.ndarray) -> float:
 def _ranges(values: np.ndarray, groups: list[Group]) -> dict[str, float]:
     spans = {group.name: float(np.ptp(values[:, group.rows], axis=0).max()) for group in groups}
     return {name: max(span, LEAST[name.rpartition("_")[2]]) for name, span in spans.items()}
+
+
+def _spread(places: list[np.ndarray]) -> float:
+    """The largest range of a coordinate of a node, mm."""
+    spans = np.maximum.reduce(places) - np.minimum.reduce(places)
+    return max(float(spans.max()), LEAST["mm"])
 
 
 def _scaled(domain: Domain, pressures: np.ndarray) -> np.ndarray:

@@ -17,9 +17,11 @@ from pneumorph.problem import Problem
 from pneumorph.problem.acting import acting
 from pneumorph.problem.components import MOTIONS
 from pneumorph.surrogate.build import Built
-from pneumorph.surrogate.reader import FORMAT, VERSION
+from pneumorph.surrogate.modes import Faces, Modes
+from pneumorph.surrogate.reader import FORMAT, VERSION, ModelError
 from pneumorph.surrogate.states import Sample
 
+FACE = "shape_face "
 AXES = ("x", "y", "z")
 
 
@@ -46,7 +48,13 @@ def fingerprint(problem: Problem, body: Body) -> str:
 
 
 def write(
-    path: Path, built: Built, chambers: Sequence[str], sections: int, about: Mapping[str, Any], tolerance: float
+    path: Path,
+    built: Built,
+    chambers: Sequence[str],
+    sections: int,
+    about: Mapping[str, Any],
+    tolerance: float,
+    faces: Faces | None = None,
 ) -> None:
     """Write a model.
 
@@ -58,6 +66,7 @@ def write(
     sections : how many it has.
     about : what else the header says: title, task, body, made_with.
     tolerance : which error was asked for, relative to ranges.
+    faces : the surfaces at rest, if it has modes of them.
     """
     fit = built.fit
     header = {
@@ -84,11 +93,61 @@ def write(
         "coefficients": fit.coefficients,
         "soft_index": fit.soft_index.astype(np.int16),
         "soft_coefficients": fit.soft_coefficients,
+        **({} if fit.modes is None or faces is None else _shape(fit.modes, faces)),
         **_stored("state", built.samples),
         **_stored("held_out", built.held_out),
     }
     np.savez(data, **arrays)
     atomic.write_bytes(path, data.getvalue())
+
+
+def read_shape(path: Path) -> tuple[Faces, Modes] | None:
+    """The surfaces at rest and their modes in a file that `reader.Model` reads; None where it has none.
+
+    Raises
+    ------
+    ModelError
+        If they are damaged.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            if "shape_modes" not in stored:
+                return None
+            corners = {name.removeprefix(FACE): stored[name] for name in stored.files if name.startswith(FACE)}
+            faces = Faces(stored["shape_points"], corners)
+            amounts = stored["shape_index"].astype(np.intp), stored["shape_coefficients"]
+            modes = Modes(stored["shape_modes"].astype(float), *amounts)
+            if _sound(faces, modes, len(stored["bounds"])):
+                return faces, modes
+    except (KeyError, IndexError, ValueError, TypeError):
+        pass
+    raise ModelError(f"{path}: the shapes in it are damaged; write the model again with pneumorph model")
+
+
+def _sound(faces: Faces, modes: Modes, chambers: int) -> bool:
+    """Whether shapes of arrays and numbers fit together."""
+    (count, many), nodes = modes.coefficients.shape, len(faces.points)
+    corners = np.concatenate(list(faces.corners.values()))
+    return (
+        faces.points.shape == (nodes, 3)
+        and modes.modes.shape == (many, nodes, 4)
+        and modes.index.shape == (count, chambers)
+        and corners.shape[1:] == (6,)
+        and corners.dtype.kind == "i"
+        and 0 <= int(corners.min()) <= int(corners.max()) < nodes
+        and int(modes.index.min()) >= 0
+        and all(bool(np.isfinite(each).all()) for each in (faces.points, modes.modes, modes.coefficients))
+    )
+
+
+def _shape(modes: Modes, faces: Faces) -> dict[str, np.ndarray]:
+    return {
+        "shape_points": faces.points,
+        "shape_modes": modes.modes.astype(np.float32),
+        "shape_index": modes.index.astype(np.int16),
+        "shape_coefficients": modes.coefficients,
+        **{f"{FACE}{name}": corners.astype(np.int32) for name, corners in faces.corners.items()},
+    }
 
 
 def _stored(name: str, samples: list[Sample]) -> dict[str, np.ndarray]:

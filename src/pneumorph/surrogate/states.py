@@ -4,17 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from pneumorph.analysis import Explorer
 from pneumorph.analysis.stiffness import turns_by_vector
-from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mechanics import Configuration, NoEquilibrium, State
+from pneumorph.mechanics.assembly.displacement import Displacement
+from pneumorph.mesh import TetMesh, unfold
 from pneumorph.objective.features import NO_SLABS, equidistant
+from pneumorph.results import nodal_stretch
+from pneumorph.results.fields import skin_of
 from pneumorph.sensitivity import measured_of, response
 
 FINEST = 16
 """Where a state is missing, the last stable one on the way there is found to this part of the way."""
+
+STEP = 1e-3
+"""mm, by which nodes are moved at most for the derivatives of stretches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +37,19 @@ class Sample:
         of sections.
     slopes : (k, C) derivatives by the pressures, per MPa.
     compliance : (6, 6) in axes of space.
+    look : (S, 4) or None
+        Of the nodes on the surfaces, where they are asked for: displacements (mm), and by how much the largest stretch
+        is above one.
+    look_slopes : (C, S, 4) or None
+        Their derivatives by the pressures, per MPa.
     """
 
     pressures: np.ndarray
     values: np.ndarray
     slopes: np.ndarray
     compliance: np.ndarray
+    look: np.ndarray | None = None
+    look_slopes: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +70,15 @@ class States:
     bounds : {chamber: (lower, upper)}, MPa.
     sections : int
         Number of sections along the body that are measured.
+    looked : bool
+        Whether samples have what the surfaces look like.
     """
 
-    def __init__(self, explorer: Explorer, bounds: Mapping[str, tuple[float, float]], sections: int = 0) -> None:
+    def __init__(
+        self, explorer: Explorer, bounds: Mapping[str, tuple[float, float]], sections: int = 0, looked: bool = False
+    ) -> None:
         self.names, self.bounds = tuple(bounds), np.array(list(bounds.values()), float).reshape(-1, 2)
-        self._explorer, self._sections = explorer, sections
+        self._explorer, self._sections, self._looked = explorer, sections, looked
         # Unlike pressures, so that all are solved on the same mesh whatever they are.
         odd = 0.5 + 0.4 * (np.arange(len(bounds)) + 1) / (len(bounds) + 1)
         self._like = self._named(self.bounds[:, 0] + odd * np.ptp(self.bounds, axis=1))
@@ -94,7 +113,27 @@ class States:
         order = np.arange(len(found.values))
         keep = np.concatenate([order[:6], 6 + np.array(columns, int), order[6 + len(at.model.chambers) :]])
         compliance = spatial @ found.compliance @ spatial.T
-        return Sample(pressures, found.values[keep], found.by_pressure[keep][:, columns], compliance)
+        look = self._look(at, state, found.moved[columns]) if self._looked else (None, None)
+        return Sample(pressures, found.values[keep], found.by_pressure[keep][:, columns], compliance, *look)
+
+    @cached_property
+    def mesh(self) -> TetMesh:
+        """The mesh of the whole body."""
+        return unfold(self._explorer.mesh(self._like)).mesh
+
+    def _look(self, at: Configuration, state: State, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the surfaces look like, and its derivatives, from those (C, n) of the unknowns by the pressures."""
+        mesh, skin = self.mesh, skin_of(self.mesh)
+        placed = Displacement(at.model.tip, at.X, state)
+
+        look = np.hstack([placed.u, nodal_stretch(mesh, placed.u)[:, None] - 1.0])[skin]
+        slopes = []
+        for change in moved:
+            along = placed.along(at.model.state(change))
+            by = STEP / max(float(np.abs(along).max()), 1e-300)
+            further, before = (nodal_stretch(mesh, placed.u + sign * by * along) for sign in (1.0, -1.0))
+            slopes.append(np.hstack([along, (further - before)[:, None] / (2.0 * by)])[skin])
+        return look.astype(np.float32), np.array(slopes, np.float32)
 
     def searched(self, pressures: np.ndarray, base: np.ndarray) -> Sample | Missing:
         """The same, and where there is no state, the last one on the way from `base` (C,) there."""
