@@ -36,6 +36,17 @@ def test_steps_have_times_and_cycles_lose_energy(run, tiny, tmp_path):
     assert (tmp_path / "s.png").exists()
 
 
+def test_a_rubber_of_the_library_relaxes_along_cycles_by_its_name_alone(run, tiny, tmp_path):
+    tiny.write_text(tiny.read_text(encoding="utf-8").replace("Hei-Cast 8400", "Filaflex 60A"))
+    swept = ("--pressure", "A=0:60:30kPa", "--rate", "2kPa/s", "--cycles", "2")
+    result = run("simulate", tiny, *swept, "--json", tmp_path / "s.json")
+    assert result.exit_code == 0, result.output
+    cycles = json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))["cycles"]
+    assert all(0.0 < cycle["lost_mJ"] < 0.24 * cycle["work_mJ"] for cycle in cycles)
+    assert "elastic here" not in result.output
+    assert 'elastic here, in the state "first pull"' in " ".join(run("check", tiny, "--quick").output.split())
+
+
 def test_cycles_of_elastic_rubber_lose_nothing(run, tiny, tmp_path):
     result = run("simulate", tiny, "--pressure", "A=0:40:20kPa", "--cycles", "1", "--json", tmp_path / "s.json")
     assert result.exit_code == 0, result.output

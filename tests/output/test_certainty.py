@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 from tiny import tiny
 
-from pneumorph.output.certainty import certainty, of_step, of_the_mesh
+from pneumorph.output.certainty import certainty, of_rubber, of_step, of_the_mesh
 from pneumorph.problem import loads
 from pneumorph.problem.objectives.words import Amount
 from pneumorph.results import FineResult, MotionRates, SweepStep
@@ -25,6 +25,14 @@ def test_units_stand_as_behind_motions(motion, rate):
 def test_of_pressures_that_are_not_given_nothing_is_said():
     objective = loads(tiny()).task[0].objective
     assert not any("changes by" in sentence for sentence in certainty(objective, STATE, MotionRates({})))
+
+
+def test_what_the_rubber_alone_does_is_told_where_its_deviation_is_known():
+    objective = loads(tiny()).task[0].objective
+    rates = MotionRates({}, (0.0, 0.0, -8.0, 0.0, 0.0, 0.0))
+    (sentence,) = of_rubber(objective, rates, 0.25)
+    assert "extension ± 2 mm by the rubber alone" in sentence and "± 25 %" in sentence
+    assert not list(of_rubber(objective, rates, None)) and not list(of_rubber(objective, MotionRates({}), 0.25))
 
 
 def fine(**changes):

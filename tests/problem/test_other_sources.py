@@ -8,8 +8,19 @@ import pytest
 from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.homogeneous import DIRECTIONS, nominal_stress
+from pneumorph.mechanics.material.memory import after, at_rest
 from pneumorph.problem.material import elastomer, library
-from pneumorph.problem.sources import at_100_percent, chosen, deviation_of, doubt, history_of, other_sources, range_of
+from pneumorph.problem.sources import (
+    at_100_percent,
+    chosen,
+    deviation_of,
+    doubt,
+    history_of,
+    largest_deviation,
+    other_sources,
+    range_of,
+    told,
+)
 
 WITH_OTHERS = [name for name, table in library().items() if "others" in table]
 
@@ -75,3 +86,41 @@ def test_what_time_does_is_told_where_a_public_test_tells_it():
     assert 0.0 < history.deviation < 0.2 and "2201.12560" in history.source
     assert history_of(elastomer("Hei-Cast 8400")) is None
     assert history_of(elastomer("Dragon Skin 10").model_copy(update={"density": 1e-9})) is None
+
+
+@pytest.mark.parametrize("name", list(library()))
+def test_every_rubber_says_why_it_has_its_value_and_how_far_that_is_known(name):
+    rubber = elastomer(name)
+    assert rubber.source and chosen(rubber)
+    if deviation_of(rubber) is None:
+        assert "no other source" in chosen(rubber)
+
+
+def test_least_is_known_of_the_rubber_with_the_largest_deviation():
+    rubbers = [elastomer(name) for name in ("Hei-Cast 8400", "Smooth-Sil 950", "Dragon Skin 30")]
+    assert largest_deviation(rubbers) == deviation_of(rubbers[2])
+    assert largest_deviation(rubbers[:1]) is None
+
+
+def test_of_a_rubber_that_relaxes_it_is_told_in_which_state_it_is_elastic():
+    about = list(told(elastomer("Filaflex 60A")))
+    assert len(about) == 2 and 'the state "first pull"; 24 % of its moduli relax' in about[1]
+    assert len(list(told(elastomer("Dragon Skin 30")))) == 1 and not list(told(elastomer("Hei-Cast 8400")))
+
+
+def test_a_rubber_of_the_library_relaxes_as_it_was_measured_to():
+    """The share of the stress that was left of Filaflex 60A at a stretch of 1.25 (Roels and others 2026)."""
+    memory = rubber_of(elastomer("Filaflex 60A")).memory
+    F = np.diag([1.25, 1.25**-0.5, 1.25**-0.5])[:, :, None]
+    pulled = after(memory, at_rest(memory, (1,)), F, 0.0)
+    for time, left in {
+        1.0: 0.9800,
+        10.0: 0.9383,
+        100.0: 0.8881,
+        1000.0: 0.8372,
+        5000.0: 0.7998,
+        10000.0: 0.7833,
+    }.items():
+        held = after(memory, pulled, F, time)
+        stress = (1.0 - sum(memory.shares)) * held.stress + held.parts.sum(axis=0)
+        assert stress[0, 0] / pulled.stress[0, 0] == pytest.approx(left, abs=5e-4)

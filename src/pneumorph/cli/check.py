@@ -33,7 +33,7 @@ from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.doubts import doubts
 from pneumorph.problem.materials import materials
 from pneumorph.problem.reinforcement import data_of
-from pneumorph.problem.sources import doubt
+from pneumorph.problem.sources import told
 
 BEGINS = "it is at its bound, and a design run begins just within it"
 
@@ -208,7 +208,7 @@ def _numbers(at: AnalysedBody) -> list[str]:
         f"mesh      {model.elements} {model.element} tetrahedra{chosen}, {model.size} degrees of freedom"
         + part_note(model.part),
         *_rubbers(table, list(model.rubbers.values())),
-        *(f"          {told}" for told in filter(None, map(doubt, materials(problem).values()))),
+        *(f"          {sentence}" for each in materials(problem).values() for sentence in told(each)),
         *(f"{each.name:9} {each.words}{_ranges(each)}" for each in reinforcements(problem)),
         f"tip       {', '.join([problem.end_effector.kind, *words_of_plate(problem.end_effector)])}",
         f"gravity   {words_of_gravity(problem.gravity)}",

@@ -17,9 +17,10 @@ from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.judge import Fit, faults
 from pneumorph.problem.delimited import number
 from pneumorph.problem.material import Material, library
+from pneumorph.problem.memory import MEMORY
 from pneumorph.problem.sources import chosen, deviation_of, history_of, other_sources, range_of
 
-COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "scatter", "source")
+COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "scatter", "source", *MEMORY)
 
 _reader: TypeAdapter[Any] = TypeAdapter(Material)
 
@@ -90,6 +91,9 @@ def _describe(console: Console, name: str) -> None:
     console.print(Text(name, style="bold"))
     for key, words in lines.items():
         console.print(Text(f"  {key:<8} {words}"), soft_wrap=True)
+    if elastomer.relaxation:
+        parts = ", ".join(f"{100 * part.share:.3g} % in {part.time:g} s" for part in elastomer.relaxation)
+        console.print(Text(f"  {'relaxes':<8} of a held stress {parts}: simulate --rate"), soft_wrap=True)
     for each in other_sources(elastomer):
         console.print(Text(f"  {'others':<8} shear {each.shear_modulus:.4g} MPa: {each.source}"), soft_wrap=True)
     if history := history_of(elastomer):

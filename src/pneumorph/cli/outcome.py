@@ -16,7 +16,7 @@ from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, OF_SHAPE, in_history
 from pneumorph.mechanics import rubbers_of
-from pneumorph.output.certainty import certainty, of_the_mesh
+from pneumorph.output.certainty import certainty, of_rubber, of_the_mesh
 from pneumorph.output.chambers import of_chambers
 from pneumorph.output.format import (
     balloons,
@@ -28,7 +28,7 @@ from pneumorph.output.format import (
 )
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.materials import materials
-from pneumorph.problem.sources import doubt
+from pneumorph.problem.sources import largest_deviation, told
 from pneumorph.results import HistoryEntry, RunResult
 
 
@@ -39,6 +39,7 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
     yield Text(how_many(run.problem.optimizer.iterations, result))
     yield tasks_table(run.problem, start, result)
     rubbers = rubbers_of(run.problem)
+    known = largest_deviation(materials(run.problem).values())
     for task in run.problem.task:
         if finer := result.finer.get(task.name):
             here = result.tasks[task.name]
@@ -47,6 +48,8 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
         if rates := result.rates.get(task.name):
             for sentence in certainty(task.objective, result.tasks[task.name], rates):
                 yield Text(f"{task.name}: {sentence}")
+            for sentence in of_rubber(task.objective, rates, known):
+                yield Text(f"{task.name}: {sentence}")
         if off := castings_off(run.problem, task, run.history[-1]):
             yield Text(f"{task.name}: {off}")
         yield Text(f"{task.name}: {stretches(rubbers, result.tasks[task.name])}")
@@ -54,13 +57,12 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
             yield Text(f"{task.name}: {balloons(result.tasks[task.name].pressures, margin)}", style="bold")
         if followed := result.followed.get(task.name):
             yield Text(f"{task.name}: {balloons_perhaps(result.tasks[task.name].pressures, followed)}", style="bold")
-    for told in of_chambers(result.chambers):
-        yield Text(told)
+    yield from map(Text, of_chambers(result.chambers))
     if any(use.idle or use.same_as for use in result.chambers.values()):
         shown = shlex.quote(str(run.path))
         yield Text(f"For a problem without what is not needed: pneumorph check {shown} --quick --fewer FILE.toml")
-    for told in filter(None, map(doubt, materials(run.problem).values())):
-        yield Text(told)
+    for material in materials(run.problem).values():
+        yield from map(Text, told(material))
     last = run.history[-1]
     if last.reinforcements:
         yield Text(f"{format_data(start.reinforcements)} → {format_data(last.reinforcements)}")

@@ -25,7 +25,7 @@ from pneumorph.interface.sweep import Sweep
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.format import part_note
 from pneumorph.problem.materials import materials
-from pneumorph.problem.sources import doubt
+from pneumorph.problem.sources import doubt, told
 from pneumorph.results import Cycle
 
 
@@ -116,8 +116,10 @@ def simulate(
     model = simulation.model
     size = f"{model.elements} {model.element} elements, {model.size} degrees of freedom{part_note(model.part)}"
     console.print(Text(size), soft_wrap=True)
-    for told in filter(None, map(doubt, materials(design.problem).values())):
-        console.print(Text(told), soft_wrap=True)
+    for material in materials(design.problem).values():
+        sentences = told(material) if rate is None and cycles is None else filter(None, [doubt(material)])
+        for sentence in sentences:
+            console.print(Text(sentence), soft_wrap=True)
     for other, same in simulation.left_out.items():
         console.print(Text(f"task {other} is left out: its loads here are those of task {same}"), soft_wrap=True)
     rows = Rows({each.name: each for each in design.problem.task})

@@ -88,3 +88,24 @@ def certainty(objective: ObjectiveTable, result: TaskResult, rates: MotionRates)
         large = [f"{other.word} of {other}" for other in others if abs(other.value) >= LEAST[other.unit]]
         if large:
             yield f"the tip also moves: {', '.join(large)}"
+
+
+def of_rubber(objective: ObjectiveTable, rates: MotionRates, deviation: float | None) -> Iterator[str]:
+    """Sentences on how far the motion of a task scatters with the rubber alone, to first order.
+
+    Parameters
+    ----------
+    objective, rates : of the task.
+    deviation : relative standard deviation of the moduli; None where nothing is known of it.
+    """
+    if deviation is None or rates.by_modulus is None:
+        return
+    for name, sign in objective.tip_motions.items():
+        k, unit, size = MOTIONS.index(name), " mm", 1.0
+        if is_turn(name):
+            unit, size = "°", float(np.degrees(1.0))
+        off = deviation * size * abs(rates.by_modulus[k])
+        yield (
+            f"{motion_word(name, sign)} ± {off:.2g}{unit} by the rubber alone, whose moduli are known to "
+            f"± {100 * deviation:.2g} % (one standard deviation, to first order)"
+        )

@@ -15,7 +15,7 @@ from pneumorph.limits.report import without_rounding
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import rubbers_of
 from pneumorph.objective.kinds import target_of
-from pneumorph.output.certainty import certainty, of_the_mesh
+from pneumorph.output.certainty import certainty, of_rubber, of_the_mesh
 from pneumorph.output.cuts import view_of
 from pneumorph.output.format import (
     balloons,
@@ -28,6 +28,8 @@ from pneumorph.output.format import (
 )
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.acting import acting, words_of_own
+from pneumorph.problem.materials import materials
+from pneumorph.problem.sources import largest_deviation
 from pneumorph.results import FineResult, HistoryEntry, RunResult, TaskResult, to_json
 from pneumorph.run import RunDirectory
 
@@ -140,12 +142,14 @@ def _ballooning(result: RunResult) -> list[str]:
 
 def _certainties(problem: Problem, result: RunResult) -> Iterator[tuple[str, str]]:
     """How far motions are off by the mesh, and what they depend on, task by task."""
+    known = largest_deviation(materials(problem).values())
     for task in problem.task:
         last, sentences = result.tasks[task.name], list[str]()
         if finer := result.finer.get(task.name):
             sentences += of_the_mesh(task.objective, last, finer)
         if rates := result.rates.get(task.name):
             sentences += certainty(task.objective, last, rates)
+            sentences += of_rubber(task.objective, rates, known)
         yield from ((f"task {task.name}", sentence) for sentence in sentences)
 
 

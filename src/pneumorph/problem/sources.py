@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from pneumorph import units
@@ -53,6 +53,11 @@ def deviation_of(material: RubberModel) -> float | None:
     return None if ends is None else min(math.log(ends[1] / ends[0]) / 2.0, MOST_DEVIATION)
 
 
+def largest_deviation(rubbers: Iterable[RubberModel]) -> float | None:
+    """That of the rubber of which least is known; None where nothing is known of any."""
+    return max(filter(None, map(deviation_of, rubbers)), default=None)
+
+
 class History(NamedTuple):
     """What loading, unloading and time do to the moduli of a rubber: a relative standard deviation, and its source."""
 
@@ -79,6 +84,19 @@ def doubt(material: RubberModel) -> str | None:
         f"{material.name}: the shear modulus used is {1e3 * material.initial_shear_modulus:.3g} kPa, sources give "
         f"{low} to {high} kPa; measure your batch before you cast"
     )
+
+
+def told(material: RubberModel) -> Iterator[str]:
+    """Sentences on how well the moduli of a rubber are known, and in which state it is elastic if it has others."""
+    if sentence := doubt(material):
+        yield sentence
+    if material.remembers:
+        others = [f"{100 * material.relaxing:.2g} % of its moduli relax"] if material.relaxation else []
+        others += ["earlier stretches soften it"] if material.softening is not None else []
+        yield (
+            f'{material.name}: elastic here, in the state "{material.state}"; {" and ".join(others)}, which simulate '
+            "--rate and --cycles follow"
+        )
 
 
 def at_100_percent(material: RubberModel) -> float:
