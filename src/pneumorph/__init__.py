@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pneumorph.interface.sweep import Sweep
     from pneumorph.interface.validation import Validation, validate
     from pneumorph.limits.report import LimitReading
-    from pneumorph.problem import Problem, load, with_fewer_chambers
+    from pneumorph.problem import Problem, load, with_fewer_chambers, with_further_chamber
     from pneumorph.proposals import Plan, Proposal, Target
     from pneumorph.results import ChamberUse, HistoryEntry, RunResult, SweepStep, TaskResult, TipStiffness
 
@@ -67,6 +67,7 @@ __all__ = [
     "starting_design",
     "validate",
     "with_fewer_chambers",
+    "with_further_chamber",
 ]
 
 _MODULES = {
@@ -82,7 +83,7 @@ _MODULES = {
     "interface.sweep": ("Sweep",),
     "interface.validation": ("Validation", "validate"),
     "limits.report": ("LimitReading",),
-    "problem": ("Problem", "load", "with_fewer_chambers"),
+    "problem": ("Problem", "load", "with_fewer_chambers", "with_further_chamber"),
     "proposals": ("Plan", "Proposal", "Target"),
     "results": ("ChamberUse", "HistoryEntry", "RunResult", "SweepStep", "TaskResult", "TipStiffness"),
 }

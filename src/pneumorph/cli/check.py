@@ -12,6 +12,7 @@ from rich.text import Text
 
 from pneumorph import atomic
 from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
+from pneumorph.cli.further import write_with_further
 from pneumorph.cli.solid import found_in
 from pneumorph.cli.trust import asking
 from pneumorph.doing import doing
@@ -38,10 +39,10 @@ from pneumorph.problem.sources import told
 BEGINS = "it is at its bound, and a design run begins just within it"
 
 
-def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None) -> None:
+def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, insert: Path | None = None) -> None:
     """Check the problem of a file, on its starting body, or of a run, on its last design; `quick` tests no gradient.
 
-    Of a run, its problem with fewer chambers is written to the file `fewer`, if there is one.
+    Of a run, its problem with fewer chambers is written to the file `fewer`, and with one more to `insert`.
 
     Raises
     ------
@@ -51,10 +52,11 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None) ->
         If the gradient is not right to second order.
     """
     run = open_run(problem, asking(trust)) if problem.is_dir() else None
-    if fewer is not None and run is None:
-        raise ProblemError("--fewer: is for a run, whose pressures tell what chambers do; give its directory")
-    if fewer is not None and fewer.exists():
-        raise ProblemError(f"--fewer {fewer}: there is already a file of this name; give another name")
+    for option, path in (("--fewer", fewer), ("--insert", insert)):
+        if path is not None and run is None:
+            raise ProblemError(f"{option}: is for a run, whose states tell what chambers do; give its directory")
+        if path is not None and path.exists():
+            raise ProblemError(f"{option} {path}: there is already a file of this name; give another name")
     asked = load(problem, asking(trust)) if run is None else run.problem
     console = Console()
 
@@ -98,6 +100,9 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None) ->
             say(f"chambers  {sentence}")
         if fewer is not None:
             say(_write_fewer(run, design, fewer))
+        if insert is not None:
+            for line in write_with_further(run, design, insert):
+                say(line)
     states = linear_states(asked, at.space, at.disc, at.analysis)
     values = states.values()
     for limit, key, bound in in_history(asked):

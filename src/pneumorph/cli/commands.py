@@ -215,12 +215,19 @@ def check(
             "the same pressures.",
         ),
     ] = None,
+    insert: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="Of a run: tell where a further chamber would help most, and write its problem with one there.",
+        ),
+    ] = None,
     trust: Trusted = False,
 ) -> None:
     """Describe a problem, and check limits and gradient on its starting body, or on the last design of a run."""
     from pneumorph.cli.check import check
 
-    check(problem, quick, trust, fewer)
+    check(problem, quick, trust, fewer, insert)
 
 
 @doing("estimating the error of the mesh")

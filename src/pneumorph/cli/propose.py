@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -11,8 +12,10 @@ from rich.table import Table
 from rich.text import Text
 
 from pneumorph import compiling, doing
-from pneumorph.errors import ComputationError, printable
+from pneumorph.cli.further import words
+from pneumorph.errors import ComputationError, ProblemError, printable
 from pneumorph.interface.propose import propose as search
+from pneumorph.interface.runs import open_run
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.render import NoPicture
 from pneumorph.proposals import Plan, Proposal, load_target
@@ -91,7 +94,19 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
     again = f"pneumorph design {first.run}/problem.toml --out {first.run} --resume --iterations 40"
     said = f"The best is {first.run}: {first.achieved}. To go on with it: {again}"
     say_where(Text(said if first.final else f"{said} ({first.lost}, so its motion is that of a coarse one)"))
+    if reaches(first) is not Reached.YES and first.run is not None:
+        for line in _further(first.run):
+            say(line)
     return 3 if reaches(first) is Reached.NO else 0
+
+
+def _further(run: Path) -> Iterator[str]:
+    """Where a further chamber would help a proposal, and how to go on with one; nothing where that is not known."""
+    design = open_run(run).best
+    with suppress(ComputationError, ProblemError), doing.doing("finding where a further chamber would help"):
+        for each in design.further_chambers(1):
+            yield f"A further chamber: {words(design.problem, each)}. For a problem with it:"
+            yield f"pneumorph check {run} --quick --insert FILE.toml"
 
 
 def _sheet(best: Sequence[Proposal]) -> Table:

@@ -17,6 +17,7 @@ from pneumorph.problem.envelope import Envelope, HalfSpace
 from pneumorph.problem.fabrication import MakeSpec
 from pneumorph.problem.fewer import with_fewer_chambers
 from pneumorph.problem.file import load, loads, read
+from pneumorph.problem.further import with_further_chamber
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import (
     EndEffector,
@@ -112,4 +113,5 @@ __all__ = [
     "read",
     "reinforcements",
     "with_fewer_chambers",
+    "with_further_chamber",
 ]

@@ -35,7 +35,7 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
     >>> [chamber.name for chamber in fewer.body.chamber]
     ['A', 'B']
     """
-    table = problem.model_dump(mode="json", exclude_none=True)
+    table = table_of(problem)
     names = [chamber.name for chamber in problem.body.chamber]
     for name in (*without, *shared, *shared.values()):
         if name not in names:
@@ -44,10 +44,6 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
         raise ProblemError("body.file: chambers of a file are part of it; fill them in CAD")
     if without and not set(names) - set(without):
         raise ProblemError(f"body.chamber: none is left without {', '.join(without)}; keep one")
-    for key, value in limits_by_default(problem).items():
-        # They depend on what is left.
-        if getattr(problem.limits, key) == value:
-            del table["limits"][key]
     for task in table["task"]:
         task["pressure"] = _pressures(task["pressure"], without, shared)
         if task.get("volume"):
@@ -65,6 +61,15 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
             refused = error
     assert refused is not None
     raise refused
+
+
+def table_of(problem: Problem) -> dict[str, Any]:
+    """The tables of a problem as in its file, without limits that depend on its chambers and are as by default."""
+    table = problem.model_dump(mode="json", exclude_none=True)
+    for key, value in limits_by_default(problem).items():
+        if getattr(problem.limits, key) == value:
+            del table["limits"][key]
+    return table
 
 
 def _pressures(given: Mapping[str, Any], without: Collection[str], shared: Mapping[str, str]) -> dict[str, Any]:

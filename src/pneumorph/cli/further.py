@@ -1,0 +1,76 @@
+"""Where a further chamber would help, in sentences, and the problem with one there as a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pneumorph import atomic
+from pneumorph.analysis.insertion import Insertion, pressure_range
+from pneumorph.errors import ProblemError, writing
+from pneumorph.interface.design import Design
+from pneumorph.interface.runs import Run
+from pneumorph.output.certainty import Moved
+from pneumorph.problem import Problem, with_further_chamber
+from pneumorph.problem.objectives.words import motion_amount
+
+SMALLER = 0.9
+"""Factor on the radius of a further chamber for which the start has no room."""
+
+TRIES = 6
+"""Radii that are tried."""
+
+
+def write_with_further(run: Run, design: Design, path: Path) -> Iterator[str]:
+    """Tell the best places for a further chamber, and write the problem of a run with one in the first that has room.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such place, or the file cannot be written.
+    """
+    places = design.further_chambers()
+    if not places:
+        yield "insert    no place has room for a further chamber that would help"
+        return
+    for each in places:
+        yield f"insert    {words(run.problem, each)}"
+    problem, chosen = _with_room(run.problem, places)
+    with writing(path):
+        atomic.write_bytes(path, problem.to_toml().encode())
+    names = [chamber.name for chamber in problem.body.chamber[len(run.problem.body.chamber) :]]
+    x, y, z = chosen.place
+    yield f"written   {path}: the problem with {', '.join(names)}, at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
+
+
+def words(problem: Problem, further: Insertion) -> str:
+    """What a further chamber would do, to first order."""
+    parts = []
+    for task in problem.task:
+        motion, pressure = further.motions[task.name], 1e3 * further.pressures[task.name]
+        moved = Moved(motion[:3], motion[3:])
+        amounts = [motion_amount(name, sign, moved) for name, sign in task.objective.tip_motions.items()]
+        told = ", ".join(
+            f"{amount.word} {amount.value:+.2g}{'' if amount.unit == '°' else ' '}{amount.unit}" for amount in amounts
+        )
+        parts.append(f"{task.name} at {pressure:.3g} kPa" + (f": {told}" if told else ""))
+    x, y, z = further.place
+    sphere = f"a sphere of radius {further.radius:.2g} mm at ({x:.1f}, {y:.1f}, {z:.1f}) mm would help"
+    return (
+        f"{sphere}, to first order, each of its images as much: the objective by {further.gain:.2g}; {'; '.join(parts)}"
+    )
+
+
+def _with_room(problem: Problem, places: list[Insertion]) -> tuple[Problem, Insertion]:
+    """The problem with a chamber in the first of the places where its start has room for one."""
+    refused: ProblemError | None = None
+    bounds = pressure_range(problem)
+    for each in places:
+        radius = each.radius
+        for _ in range(TRIES):
+            try:
+                return with_further_chamber(problem, each.place, radius, each.pressures, bounds), each
+            except ProblemError as error:
+                refused, radius = error, SMALLER * radius
+    assert refused is not None
+    raise refused
