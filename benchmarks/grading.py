@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
-from pneumorph.analysis.accuracy import on_refined
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE
 from pneumorph.analysis.near import analyse_near
 from pneumorph.geometry.starting import body_of
 from pneumorph.mechanics import Configuration, NoEquilibrium, State, Tangent, displacement, model_of, part_of, solve
 from pneumorph.mechanics.solve.balance import residual_at
+from pneumorph.mechanics.solve.refined import on_refined
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.refine import LOCAL, NODES_OF_TRIANGLE, Refined, refine
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, tet_shape
@@ -91,8 +91,8 @@ def bisected(mesh: TetMesh, marked: np.ndarray) -> Refined:
     new = sparse.csr_array((values, (np.array(rows) - count, columns)), (len(fresh), count))
     P = sparse.csr_array(sparse.vstack([sparse.eye_array(count), new]))
     there = replace(mesh, points=P @ mesh.points, tets=np.array(tets), faces=faces)
-    first = np.unique(mesh.tets[:, 4:], return_index=True)
-    return Refined(there, P, first[0], mesh.tets[:, TET_EDGES].reshape(-1, 2)[first[1]])
+    # Elements are plain: there are no linear fields.
+    return Refined(there, P, sparse.csr_array(P.shape), np.unique(mesh.tets[:, 4:]))
 
 
 def _mid_nodes(mesh: TetMesh):

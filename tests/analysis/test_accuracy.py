@@ -8,11 +8,12 @@ from texts import TWO_BESIDE, problem_text
 
 import pneumorph as pm
 from pneumorph.analysis import accuracy, analyse_body
-from pneumorph.analysis.accuracy import BEYOND, mesh_errors, on_refined, quick_errors
+from pneumorph.analysis.accuracy import BEYOND, LEVER, mesh_errors, quick_errors
 from pneumorph.analysis.simulate import prepare_simulation
 from pneumorph.errors import Hopeless
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import Tangent, model_of, solve
+from pneumorph.mechanics.solve.refined import on_refined
 from pneumorph.mesh.refine import refine
 from pneumorph.objective import measure_features
 from pneumorph.problem import loads
@@ -84,22 +85,30 @@ def test_the_estimate_is_what_one_refinement_changes(case):
     solved = solve(there, Tangent(model), on_refined(fine, coarse, equilibrium.state))
     moved = measure_features(model, there.X, solved.state)
     change = np.concatenate([moved.translation, moved.rotation]) - error.motion
-    largest = np.abs(change).max()
-    assert largest > 1e-4
-    np.testing.assert_allclose(error.missing / BEYOND, change, atol=0.1 * largest)
+    weights = np.repeat([1.0, LEVER], 3)
+    assert np.abs(change).max() > 1e-4 and not error.fine.searched
+    # Elements as large as the walls are thick: what few products leave out is largest there.
+    assert np.linalg.norm(weights * (error.missing / BEYOND - change)) < 0.5 * np.linalg.norm(weights * change)
+    for name, volume in moved.volume.items():
+        grown = float(volume) - error.here.volumes[name]
+        assert (error.fine.volumes[name] - error.here.volumes[name]) / BEYOND == pytest.approx(grown, rel=0.15)
+    for name, on in moved.contact.items():
+        pressed = float(on.normal) - error.here.contact_normal[name]
+        found = (error.fine.contact_normal[name] - error.here.contact_normal[name]) / BEYOND
+        assert found == pytest.approx(pressed, rel=0.2)
     assert (error.here.contact_normal.get("wall", 1.0)) > 0.1
     again = quick_errors(problem, at.disc, at.analysis)["move"]
     assert again.fine.translation == pytest.approx(error.fine.translation, rel=1e-6, abs=1e-9)
 
 
 def test_gas_is_compressed_on_the_refined_mesh_too():
-    """Where pressures follow from volumes, the state on the refined mesh is searched for with them."""
+    """Where pressures follow from volumes, they are found with the state on the refined mesh."""
     text = problem_text(TWO.replace(', B = "5 kPa"', ""), radius=10, chambers=TWO_BESIDE)
     text = text.replace('name = "B"', 'name = "B"\ngas = { pressure = "10 kPa" }')
     problem = loads(text).with_changes({"mesh.size": "8 mm"})
     at = analyse_body(problem, starting_body(problem.tubes))
     (error,) = mesh_errors(problem, at.disc, at.analysis).values()
-    assert error.fine.searched and 0.0 < np.abs(error.missing[:3]).max() < np.abs(error.motion[:3]).max()
+    assert not error.fine.searched and 0.0 < np.abs(error.missing[:3]).max() < np.abs(error.motion[:3]).max()
     assert error.fine.volumes["B"] != pytest.approx(error.here.volumes["B"], rel=1e-9)
 
 

@@ -14,6 +14,7 @@ from pneumorph.mechanics import Model, Rubber, Tangent, build_loads, build_model
 from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.build import with_terms
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Carried, Free, Resting
@@ -308,8 +309,13 @@ def test_nothing_rides_on_a_free_tip():
 def test_the_fast_way_of_the_solid_is_the_general_one(name):
     """An energy that hides that it is a solid has its blocks made by JAX."""
     fast = Place(CASES[name]())
+    state = fast.model.state(fast.vector)
     slow = Place(with_terms(fast.model, [Term(seen, Hidden(energy)) for seen, energy in fast.model.terms]))
     assert abs(fast.assembled() - slow.assembled()).max() < 1e-12 * abs(fast.assembled()).max()
+    (seen, one), (_, other) = fast.model.terms[0], slow.model.terms[0]
+    at = seen.local(fast.at.X, displacement(fast.model.tip, fast.at.X, state), state)
+    for few, every in zip(*(each.node_blocks(seen, at, fast.loads) for each in (one, other)), strict=True):
+        np.testing.assert_allclose(few, every, atol=1e-12 * abs(fast.assembled()).max())
 
 
 @pytest.mark.parametrize("rubber, mixed", [(SOFT, False), (OGDEN, False), (NEARLY_INCOMPRESSIBLE["inner"], True)])

@@ -1,11 +1,11 @@
-"""How far a state is from that on infinitely fine meshes: an estimate by one Newton step on a refined mesh.
+"""How far a state is from that on infinitely fine meshes: an estimate by a linear step on a refined mesh.
 
 Every element is divided into eight, so a state u of the mesh is also one of the refined mesh, where its residual R is
 not zero. The state there is u − K⁻¹R to first order. To that order a motion m changes by −zᵀR with its adjoint z,
-K z = ∂m/∂u, the residual weighted by the dual solution (Becker and Rannacher 2001, Acta Numerica 10, 1–102): one
-factorisation in place of the whole search. Further steps with the same factorisation follow; where they do not
-converge, as where fibres become slack or contact moves, the state on the refined mesh is searched for. What further
-refinement adds is taken from the order with which errors fall.
+K z = ∂m/∂u, the residual weighted by the dual solution (Becker and Rannacher 2001, Acta Numerica 10, 1–102). The step
+is found by a few products with K (`mechanics/solve/refined.py`), for all motions, volumes and forces at once. Where
+these do not lead near equilibrium, as where fibres become slack, the state on the refined mesh is searched for. What
+further refinement adds is taken from the order with which errors fall.
 """
 
 from __future__ import annotations
@@ -25,15 +25,13 @@ from pneumorph.mechanics import (
     NoEquilibrium,
     State,
     Tangent,
-    displacement,
     model_of,
     rotation_vector,
     settled,
     solve,
 )
-from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.elements.plate import rotation
-from pneumorph.mechanics.solve.balance import apart, free_share, length, residual_at
+from pneumorph.mechanics.solve.refined import near_refined, on_refined
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.refine import Refined, refine
 from pneumorph.objective import Features, Objective, Workspace
@@ -49,13 +47,8 @@ fall with 2λ. If they fall with 4, the estimate is 1.7 times the error; if with
 BEYOND = 1.0 / (1.0 - 2.0**-ORDER)
 """The whole error over the part of it that one refinement removes."""
 
-
 MOST = 80_000
-"""Elements of refined meshes that are small enough for the end of a run, in time and memory."""
-
-STEPS, CLOSE, CONTRACTING = 4, 0.03, 0.5
-"""Most steps with a factorisation; the part of the first below which they end; and the largest part of the last that a
-step may be: else the state is searched for."""
+"""Elements of refined meshes that are small enough for factorisations at the end of a run, in time and memory."""
 
 MOST_FACTORISATIONS = 30
 """Of such a search."""
@@ -108,20 +101,25 @@ class RefinedModel:
     fine: Refined
     model: Model
 
-    def near(self, at: Configuration, state: State) -> tuple[Configuration, State, bool] | None:
+    def near(
+        self, at: Configuration, tangent: Tangent, state: State, thorough: bool = True
+    ) -> tuple[Configuration, State, bool] | None:
         """The state near one of the coarser mesh, and whether it had to be searched for; None if none is found.
 
         Parameters
         ----------
         at, state : of the coarser mesh.
+        tangent : its linear solver.
+        thorough : whether it is searched for where a few products do not give it.
         """
         there = replace(at, model=self.model, X=self.fine.mesh.points)
+        near = near_refined(self.fine, at, tangent, state, there)
+        if near is not None:
+            return *near, False
+        if not thorough:
+            return None
         start = on_refined(self.fine, at, state)
-        tangent = Tangent(self.model)
-        corrected = _corrected(there, tangent, start)
-        if corrected is not None:
-            return there, corrected, False
-        found = solve(there, tangent, start, DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
+        found = solve(there, Tangent(self.model), start, DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
         return None if isinstance(found, NoEquilibrium) else (settled(there, found), found.state, True)
 
 
@@ -134,8 +132,10 @@ def refined_model(problem: Problem, mesh: TetMesh) -> RefinedModel | None:
         return None
 
 
-def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, MeshError]:
-    """The error by the mesh in every task: mostly one factorisation of the refined mesh for each.
+def mesh_errors(
+    problem: Problem, disc: Discretisation, analysis: Analysis, thorough: bool = True
+) -> dict[str, MeshError]:
+    """The error by the mesh in every task: mostly a few products with the tangent of the refined mesh for each.
 
     Tasks of which no state is found on the refined mesh are left out.
 
@@ -143,13 +143,15 @@ def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> d
     ----------
     problem : of the design.
     disc, analysis : its mesh and its states.
+    thorough : whether the refined mesh may be factorised where it must be, to search for states and for objectives that
+        are no functions of the state alone; without it those are as on the mesh.
     """
     refined, errors = refined_model(problem, disc.morph.mesh.at(analysis.X)), {}
     if refined is None:
         return errors
     for name, at in analysis.configurations.items():
         objective, state = disc.objectives[name], analysis.equilibria[name].state
-        found = refined.near(at, state)
+        found = refined.near(at, disc.tangents[name], state, thorough)
         if found is not None:
             there, near, searched = found
             here = objective.features(at.model, at.X, state)
@@ -158,7 +160,7 @@ def mesh_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> d
             if objective.instead is None:
                 pressures = dict(zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True))
                 finer = float(objective.value(moved)) + objective.of_pressures(pressures)
-            elif not isinstance(objective.instead, Workspace):
+            elif thorough and not isinstance(objective.instead, Workspace):
                 # That of a workspace is not estimated: it needs the states of all its tasks.
                 finer = beyond(value, objective_value(there, Tangent(refined.model), near, objective))
             results = (_result(objective, *each, searched) for each in ((here, value), (moved, finer)))
@@ -194,48 +196,13 @@ def _result(objective: Objective, moved: Features, value: float, searched: bool)
     )
 
 
-def _corrected(at: Configuration, tangent: Tangent, state: State) -> State | None:
-    """The state after a few Newton steps with the tangent of the given one; None if they do not converge."""
-    if at.enclosed is not None or not apart(at, vector := at.model.vector(state)):
-        return None
-    try:
-        tangent.factorise(at, state)
-    except SingularMatrix:
-        return None
-    sizes = list[float]()
-    for _ in range(STEPS):
-        step = -tangent.precondition(residual_at(at, vector))
-        sizes.append(length(at, step))
-        if not np.isfinite(sizes[-1]) or (len(sizes) > 1 and sizes[-1] > CONTRACTING * sizes[-2]):
-            return None
-        if free_share(at, vector, step) < 1.0:
-            return None
-        vector = vector + step
-        if sizes[-1] <= CLOSE * sizes[0] and len(sizes) > 1:
-            return at.model.state(vector)
-    return None
-
-
 @doing("the error of the mesh")
 def quick_errors(problem: Problem, disc: Discretisation, analysis: Analysis) -> dict[str, MeshError]:
-    """The error by the mesh in every task, see `mesh_errors`; of no task where the refined mesh is too large.
+    """The error by the mesh in every task, see `mesh_errors`; thorough only where the refined mesh is not too large.
 
     Parameters
     ----------
     problem : of the design.
     disc, analysis : its mesh and its states.
     """
-    return mesh_errors(problem, disc, analysis) if 8 * disc.model.elements <= MOST else {}
-
-
-def on_refined(fine: Refined, at: Configuration, state: State) -> State:
-    """A state of a mesh as one of the refined mesh."""
-    model, u = at.model, fine.P @ displacement(at.model.tip, at.X, state)
-    if not model.mixed:
-        return state._replace(u=u)
-    coarse = np.asarray(state.hydrostatic).reshape(len(model.rubbers), -1)
-    pi = np.zeros((len(coarse), len(u)))
-    pi[:, : coarse.shape[1]] = coarse
-    # π is linear between corners; mid-side nodes of the coarser mesh are corners of the finer one.
-    pi[:, fine.mids] = coarse[:, fine.ends].mean(axis=2)
-    return state._replace(u=u, hydrostatic=pi.ravel())
+    return mesh_errors(problem, disc, analysis, thorough=8 * disc.model.elements <= MOST)

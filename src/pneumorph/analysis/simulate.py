@@ -53,7 +53,7 @@ from pneumorph.results.records import Cycle, SweepStep, Vector
 MOST_FRICTION = 10.0
 """A larger coefficient is taken for a mistake: those of rubber are a few at most."""
 QUICK = 16_000
-"""Elements of refined meshes that are small enough for the end of a sweep."""
+"""Elements of refined meshes that are small enough for a search at the end of a sweep."""
 Poses = dict[str, tuple[float, ...]]
 
 
@@ -198,12 +198,12 @@ class Simulation:
                     step = step_of(tasks[0], pressures, at, answer, own_skin)
                     time = None if times is None else float(times[number - 1])
                     step = replace(step, moves=moves, turns=turns, time=time)
+                    own_tangent = whole.tangent if whole and at.model is whole.model else tangent
                     if self.stiffness and isinstance(answer, Equilibrium):
-                        own_tangent = whole.tangent if whole and at.model is whole.model else tangent
                         stiff = stiffness_at(settled(at, answer), own_tangent, answer, whole, self.along)
                         step = replace(step, stiffness=stiff)
                     if number == len(configurations) and isinstance(answer, Equilibrium):
-                        step = self._with_error(step, at, answer, whole)
+                        step = self._with_error(step, at, own_tangent, answer, whole)
                     for curve in new:
                         curve.steps.append(replace(step, task=curve.task, errors=self._errors(curve.task, at, answer)))
                         yield curve.steps[-1]
@@ -228,14 +228,16 @@ class Simulation:
             return _sweep_of_part(path, tangent, whole)
         return zip(path, sweep(path, tangent), strict=True)
 
-    def _with_error(self, step: SweepStep, at: Configuration, answer: Equilibrium, whole: Whole | None) -> SweepStep:
-        """A step with estimates of its values without the error of the mesh, where that takes little time."""
-        if self.friction or self.durations is not None or 8 * at.model.elements > QUICK:
+    def _with_error(
+        self, step: SweepStep, at: Configuration, tangent: Tangent, answer: Equilibrium, whole: Whole | None
+    ) -> SweepStep:
+        """A step with estimates of its values without the error of the mesh, if they are found in little time."""
+        if self.friction or self.durations is not None:
             return step
         mesh = whole.image.mesh if whole and at.model is whole.model else self.mesh
         here = settled(at, answer)
         refined = refined_model(self.problem, mesh.at(at.X))
-        found = refined and refined.near(here, answer.state)
+        found = refined and refined.near(here, tangent, answer.state, thorough=8 * at.model.elements <= QUICK)
         if found is None:
             return step
         there, state, _ = found

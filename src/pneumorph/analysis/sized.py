@@ -134,8 +134,7 @@ def next_size(found: Sequence[Sized], asked: float) -> float:
 def is_estimated(problem: Problem, number: int) -> bool:
     """Whether the error of a design is estimated once it is accepted, as `mesh.error` needs it.
 
-    The estimate takes 20 to 50 equivalents, as much as several designs. Without `mesh.error` only the last design has
-    it.
+    The estimate takes 5 to 10 equivalents, as much as one to three designs. Without `mesh.error` only the last has it.
     """
     return problem.mesh.error is not None and number % EVERY == 0
 

@@ -34,15 +34,23 @@ LOCAL = np.concatenate(
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """A refined mesh, whose first nodes are those of the coarser one, and P (N, N_coarse) from values there to here.
+    """A refined mesh, whose first nodes are those of the coarser one.
 
-    `ends` (n, 2) are the corners between which the mid-side nodes `mids` (n,) of the coarser mesh are.
+    Attributes
+    ----------
+    mesh : TetMesh
+    P : (N, N_coarse) sparse
+        From values at the nodes of the coarser mesh to those here, of fields that are quadratic in its elements.
+    linear : (N, N_coarse) sparse
+        The same for fields that are linear there, by their values at corners: zeros but at corners here.
+    mids : (n,) int
+        Mid-side nodes of the coarser mesh, which are corners here.
     """
 
     mesh: TetMesh
     P: sparse.csr_array
+    linear: sparse.csr_array
     mids: np.ndarray
-    ends: np.ndarray
 
 
 def refine(mesh: TetMesh) -> Refined:
@@ -53,8 +61,10 @@ def refine(mesh: TetMesh) -> Refined:
     parts = _oriented()
     corners = mesh.tets[:, parts]
     edges = np.sort(corners[:, :, TET_EDGES], axis=-1)
-    pairs, first, which = np.unique(edges.reshape(-1, 2), axis=0, return_index=True, return_inverse=True)
     count = len(mesh.points)
+    # Single numbers are sorted several times faster than pairs.
+    keys, first, which = np.unique(edges[..., 0].ravel() * count + edges[..., 1].ravel(), True, True)
+    pairs = np.column_stack(np.divmod(keys, count))
     tets = np.concatenate([corners, count + which.reshape(edges.shape[:3])], axis=2).reshape(-1, 10)
     weights = tet_shape(LOCAL[parts[:, TET_EDGES]].mean(axis=2)).reshape(-1, 10)
     element, place = np.divmod(first, len(weights))
@@ -86,8 +96,12 @@ def refine(mesh: TetMesh) -> Refined:
     covers = {name: _covered(own, divided) for name, own in mesh.covers.items()}
     mids, at = np.unique(mesh.tets[:, 4:], return_index=True)
     ends = mesh.tets[:, TET_EDGES].reshape(-1, 2)[at]
+    own = np.unique(mesh.tets[:, :4])
+    entries = np.concatenate([np.ones(len(own)), np.full(2 * len(mids), 0.5)])
+    places = np.concatenate([own, np.repeat(mids, 2)]), np.concatenate([own, ends.ravel()])
+    linear = sparse.csr_array((entries, places), (count + len(pairs), count))
     fine = replace(mesh, points=P @ mesh.points, tets=tets, faces=faces, regions=regions, covers=covers, caps=caps)
-    return Refined(fine, P, mids, ends)
+    return Refined(fine, P, linear, mids)
 
 
 def _oriented() -> np.ndarray:

@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.potential import Group, Potential, grouped
-from pneumorph.mechanics.assembly.sparsity import Sparsity, build_sparsity, places_of, touching
+from pneumorph.mechanics.assembly.sparsity import build_sparsity, touching
 from pneumorph.mechanics.assembly.tip import Tied, Tip
 from pneumorph.mechanics.contact.contact import Contact
 from pneumorph.mechanics.contact.free import Carried, Resting, resting
@@ -164,27 +164,19 @@ def with_more(model: Model, terms: Iterable[Term], like: Connectivity) -> Model:
     """
     terms, number = tuple(terms), model.sparsity.number
     groups, potential = grouped(terms), model.potential
-    places = {id(group.connectivity): place for group, place in zip(potential.groups, model.places, strict=True)}
-    place = places.get(id(like)) or places_of(model.sparsity, like, model.tip.tied.nodes)
     return replace(
         model,
         terms=(*model.terms, *terms),
         potential=potential._replace(
             groups=(*potential.groups, *groups), near_tip=(*potential.near_tip, *near_tip(groups, number))
         ),
-        places=(*model.places, *[place for _ in groups]),
+        like=(*model.like, *[like for _ in groups]),
     )
 
 
 def with_fixed(model: Model, fixed: np.ndarray) -> Model:
     """The model with other unknowns (n,) bool fixed at zero; a `Tangent` of the model serves it too."""
-    return replace(model, fixed=fixed, supported_values=_values_of(model.sparsity, fixed))
-
-
-def _values_of(common: Sparsity, fixed: np.ndarray) -> np.ndarray:
-    """Indices into the tangent's values: the rows and columns of fixed unknowns."""
-    rows = np.repeat(np.arange(common.size), np.diff(common.indptr))
-    return np.flatnonzero(fixed[rows] | fixed[common.indices])
+    return replace(model, fixed=fixed)
 
 
 def _assembled(
@@ -201,7 +193,8 @@ def _assembled(
     terms = tuple(terms)
     groups = grouped(terms)
     held = [] if contact is None else [free.held for free in contact.free.values()]
-    common = build_sparsity([group.connectivity for group in groups], number, hydrostatics, len(held))
+    connectivities = tuple(group.connectivity for group in groups)
+    common = build_sparsity(connectivities, number, tip.tied.nodes, hydrostatics, len(held))
     still = odd_of(part) if plate else np.ones(6, bool)
     own = number >= 0
     own[tip.tied.nodes] = False
@@ -210,10 +203,8 @@ def _assembled(
         "terms": terms,
         "potential": Potential(groups, near_tip(groups, number), tip, contact),
         "sparsity": common,
-        "places": tuple(places_of(common, group.connectivity, tip.tied.nodes) for group in groups),
+        "like": connectivities,
         "fixed": fixed,
-        "supported_values": _values_of(common, fixed),
-        "diagonal": common.indptr[:-1],
     }
 
 

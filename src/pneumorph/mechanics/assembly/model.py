@@ -54,16 +54,14 @@ class Model:
         The summands of Π.
     potential : Potential
         The terms, grouped for evaluation.
-    places : tuple of BlockPlaces
-        Where the blocks of each group go in the tangent.
+    like : tuple of Connectivity
+        Of each group, one with the same nodes that the sparsity was built for.
     independent : (m,) int
         Nodes with displacements of their own: neither on the tip, nor images in the second cut of a sector.
     source : (nodes,) int
         The node whose image each is, or itself.
     fixed : (n,) bool
         Unknowns fixed at zero by the supports, in the numbering of `sparsity`.
-    supported_values, diagonal : int
-        Indices into the tangent's values: rows and columns of fixed unknowns, and the diagonal.
     """
 
     rubbers: Mapping[str, Rubber]
@@ -84,12 +82,25 @@ class Model:
     terms: tuple[Term, ...]
     potential: Potential
     sparsity: Sparsity
-    places: tuple[BlockPlaces, ...]
+    like: tuple[Connectivity, ...]
     fixed: np.ndarray
     independent: np.ndarray
     source: np.ndarray
-    supported_values: np.ndarray
-    diagonal: np.ndarray
+
+    @property
+    def places(self) -> tuple[BlockPlaces, ...]:
+        """Where the blocks of each group go in the tangent."""
+        return tuple(self.sparsity.places(each) for each in self.like)
+
+    @property
+    def supported_values(self) -> np.ndarray:
+        """Indices into the tangent's values: rows and columns of fixed unknowns."""
+        return self.sparsity.values_of(self.fixed)
+
+    @property
+    def diagonal(self) -> np.ndarray:
+        """Indices into the tangent's values: its diagonal."""
+        return self.sparsity.indptr[:-1]
 
     @property
     def rubber(self) -> Rubber:

@@ -5,12 +5,17 @@ The unknowns are, in this order: three displacements for each node that has its 
 of each free obstacle; and six of the plate. Only the upper triangle is stored, for the tangent is symmetric. Supported
 unknowns stay, as rows of the identity. What free obstacles couple changes with what they touch: only their diagonal is
 here.
+
+Where a tangent is never assembled, as on meshes that are refined for estimates, the unknowns are numbered and no more:
+all else is found when it is first needed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numba
 import numpy as np
@@ -20,32 +25,9 @@ from pneumorph.mechanics.elements.terms import Connectivity
 
 
 @dataclass(frozen=True)
-class Sparsity:
-    """Which pairs of unknowns the tangent couples.
+class Couples:
+    """The pairs of unknowns that the tangent couples; see `Sparsity`."""
 
-    Attributes
-    ----------
-    number : (N,) int
-        Rank of each node, or of that whose image it is, among those with displacements of their own; −1 on the tip.
-    corners : (n_π,) int
-        Indices into `State.hydrostatic` of the entries that are unknowns; empty without mixed elements.
-    rank : (P,) int
-        Rank of each entry of `State.hydrostatic` in `corners`; −1 for those that are not unknowns.
-    size : int
-        Number of unknowns, 3·(nodes with their own) + n_π + 6·(free obstacles) + 6.
-    indptr, indices : CSR arrays of the upper triangle, columns ascending.
-    motion, coupling, compression : CSR
-        Its pairs of nodes, of nodes with entries of π, and of entries of π.
-    beside_tip : (k,) int
-        Ranks of the nodes that share an element with the tip or with the plate.
-    corners_beside_tip : (k_π,) int
-        Ranks in `corners` of the entries of π that do.
-    """
-
-    number: np.ndarray
-    corners: np.ndarray
-    rank: np.ndarray
-    size: int
     indptr: np.ndarray
     indices: np.ndarray
     motion: sparse.csr_array
@@ -53,6 +35,104 @@ class Sparsity:
     compression: sparse.csr_array
     beside_tip: np.ndarray
     corners_beside_tip: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Sparsity:
+    """Which unknowns there are, and which pairs of them the tangent couples.
+
+    Attributes
+    ----------
+    connectivities : tuple of Connectivity
+        Of the terms whose elements couple unknowns.
+    number : (N,) int
+        Rank of each node, or of that whose image it is, among those with displacements of their own; −1 on the tip.
+    images : (k,) int
+        Nodes that are images of others in the cut of a sector.
+    corners : (n_π,) int
+        Indices into `State.hydrostatic` of the entries that are unknowns; empty without mixed elements.
+    rank : (P,) int
+        Rank of each entry of `State.hydrostatic` in `corners`; −1 for those that are not unknowns.
+    objects : int
+        Number of free obstacles.
+    """
+
+    connectivities: tuple[Connectivity, ...]
+    number: np.ndarray
+    images: np.ndarray
+    corners: np.ndarray
+    rank: np.ndarray
+    objects: int
+    _kept: dict[int, tuple[object, Any]] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def nodes(self) -> int:
+        """Number of nodes with displacements of their own."""
+        return int(self.number.max()) + 1
+
+    @cached_property
+    def size(self) -> int:
+        """Number of unknowns, 3·(nodes with their own) + n_π + 6·(free obstacles) + 6."""
+        return 3 * self.nodes + len(self.corners) + 6 * self.objects + 6
+
+    @cached_property
+    def couples(self) -> Couples:
+        """The pairs that the tangent couples."""
+        return _couples_of(self)
+
+    @property
+    def indptr(self) -> np.ndarray:
+        """Starts of the rows (size + 1,) of the upper triangle in CSR."""
+        return self.couples.indptr
+
+    @property
+    def indices(self) -> np.ndarray:
+        """Its columns, ascending in every row."""
+        return self.couples.indices
+
+    @property
+    def motion(self) -> sparse.csr_array:
+        """Its pairs of nodes."""
+        return self.couples.motion
+
+    @property
+    def coupling(self) -> sparse.csr_array:
+        """Its pairs of nodes with entries of π."""
+        return self.couples.coupling
+
+    @property
+    def compression(self) -> sparse.csr_array:
+        """Its pairs of entries of π."""
+        return self.couples.compression
+
+    @property
+    def beside_tip(self) -> np.ndarray:
+        """Ranks (k,) of the nodes that share an element with the tip or with the plate."""
+        return self.couples.beside_tip
+
+    @property
+    def corners_beside_tip(self) -> np.ndarray:
+        """Ranks (k_π,) in `corners` of the entries of π that do."""
+        return self.couples.corners_beside_tip
+
+    def places(self, connectivity: Connectivity) -> BlockPlaces:
+        """Where the blocks of a connectivity go, whose elements couple no more than those that it was built for."""
+        return self._once(connectivity, lambda: _places_of(self, connectivity))
+
+    def values_of(self, fixed: np.ndarray) -> np.ndarray:
+        """Indices into the tangent's values: the rows and columns of fixed unknowns (n,) bool."""
+
+        def found() -> np.ndarray:
+            rows = np.repeat(np.arange(self.size), np.diff(self.indptr))
+            return np.flatnonzero(fixed[rows] | fixed[self.indices])
+
+        return self._once(fixed, found)
+
+    def _once(self, of: object, found: Callable[[], Any]) -> Any:
+        """What is found of an object, which is kept with it."""
+        if id(of) not in self._kept:
+            self._kept[id(of)] = of, found()
+        return self._kept[id(of)][1]
 
 
 @dataclass(frozen=True)
@@ -85,7 +165,11 @@ class BlockPlaces:
 
 
 def build_sparsity(
-    connectivities: Sequence[Connectivity], number: np.ndarray, hydrostatics: int, objects: int = 0
+    connectivities: Sequence[Connectivity],
+    number: np.ndarray,
+    images: np.ndarray,
+    hydrostatics: int,
+    objects: int = 0,
 ) -> Sparsity:
     """The common sparsity of terms with these connectivities.
 
@@ -93,17 +177,23 @@ def build_sparsity(
     ----------
     number : (N,) int
         See `Sparsity`.
+    images : (k,) int
+        Nodes that are images of others.
     hydrostatics : int
         Length of `State.hydrostatic`.
     objects : int
         Number of free obstacles.
     """
-    seen = [_rows(connectivity) for connectivity in connectivities]
-    corners = np.unique(np.concatenate([places.ravel() for _, places in seen]))
+    corners = np.unique(np.concatenate([_rows(each)[1].ravel() for each in connectivities]))
     rank = np.full(hydrostatics, -1)
     rank[corners] = np.arange(len(corners))
-    n, m = int(number.max()) + 1, len(corners)
+    return Sparsity(tuple(connectivities), number, images, corners, rank, objects)
 
+
+def _couples_of(common: Sparsity) -> Couples:
+    number, rank = common.number, common.rank
+    n, m = common.nodes, len(common.corners)
+    seen = [_rows(connectivity) for connectivity in common.connectivities]
     pairings = [_pairings(number[nodes], rank[places]) for nodes, places in seen]
     # Every unknown has a diagonal entry, even if no element touches it.
     motion = _couples([(a, b, (a >= 0) & (b >= a)) for (a, b), _, _ in pairings], np.arange(n), (n, n))
@@ -112,16 +202,12 @@ def build_sparsity(
 
     # The last entry is for the tip itself.
     beside, corners_beside = np.zeros(n + 1, bool), np.zeros(m, bool)
-    for connectivity, (nodes, places) in zip(connectivities, seen, strict=True):
+    for connectivity, (nodes, places) in zip(common.connectivities, seen, strict=True):
         near = touching(nodes, number, connectivity.plate)
         beside[number[nodes[near]]] = True
         corners_beside[rank[places[near]]] = True
-    indptr, indices = _expand(motion, coupling, compression, (beside[:n], corners_beside), 6 * objects)
-    return Sparsity(
-        number=number,
-        corners=corners,
-        rank=rank,
-        size=len(indptr) - 1,
+    indptr, indices = _expand(motion, coupling, compression, (beside[:n], corners_beside), 6 * common.objects)
+    return Couples(
         indptr=indptr,
         indices=indices,
         motion=motion,
@@ -137,10 +223,9 @@ def touching(nodes: np.ndarray, number: np.ndarray, plate: bool) -> np.ndarray:
     return np.any(number[nodes] < 0, axis=1) | np.array(plate)
 
 
-def places_of(common: Sparsity, connectivity: Connectivity, images: np.ndarray) -> BlockPlaces:
-    """Where the blocks of a connectivity go, one of those that the sparsity was built for; some nodes are `images`."""
+def _places_of(common: Sparsity, connectivity: Connectivity) -> BlockPlaces:
     nodes, places = _rows(connectivity)
-    are_images = np.isin(nodes, images)
+    are_images = np.isin(nodes, common.images)
     turned = np.flatnonzero(are_images.any(axis=1))
     local, hydrostatic = common.number[nodes], common.rank[places]
     (a, b), (u, p), (c, d) = _pairings(local, hydrostatic)

@@ -160,6 +160,25 @@ class ElementEnergy:
         ]
         return _cut(np.concatenate(parts)[: elements.count], nodes)
 
+    def node_blocks(self, elements: Connectivity, at: Local, loads: Loads) -> Blocks | None:
+        """The blocks of the elements as `blocks` has them, but by u and u only of every node with itself (E, a, 9).
+
+        Parameters
+        ----------
+        elements : Connectivity
+            Of the E elements of a nodes and c unknowns π.
+        at : Local
+            What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
+        loads : Loads
+            In the units of `Loads`.
+        """
+        blocks = self.blocks(elements, at, loads)
+        if blocks is None:
+            return None
+        motion, coupling, compression = blocks
+        ranks = np.arange(1, elements.nodes.shape[1] + 1)
+        return motion[:, ranks * (ranks + 1) // 2 - 1], coupling, compression
+
 
 class Term(NamedTuple):
     """A summand of Π: a sum over elements. Terms that share a connectivity object are evaluated together."""

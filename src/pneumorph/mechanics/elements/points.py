@@ -73,6 +73,30 @@ def strain(X, u, derivative, weight, F, A, measure):
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def strain_along(du, derivative, A, dF):
+    """δF (3, 3, 4, M) where displacements change by du (M, 10, 3) at nodes that rest.
+
+    Parameters
+    ----------
+    du : (M, 10, 3) array
+        mm.
+    derivative : (4, 10, 3) array
+        ∂N/∂ξ.
+    A : (3, 3, 4, M) array
+        ∂ξ/∂X, 1/mm.
+    dF : (3, 3, 4, M) array
+        Filled.
+    """
+    for e in range(du.shape[0]):
+        dU = np.empty((3, 3))
+        for q in range(4):
+            _gradient(du[e], derivative[q], dU)
+            for i in range(3):
+                for j in range(3):
+                    dF[i, j, q, e] = dU[i, 0] * A[0, j, q, e] + dU[i, 1] * A[1, j, q, e] + dU[i, 2] * A[2, j, q, e]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def straining(dX, du, derivative, F, A, dF, dA, growth):
     """δF and δA (3, 3, 4, M) and tr(A δJ) (4, M) where nodes move by dX and displacements change by du (M, 10, 3).
 

@@ -21,7 +21,13 @@ from pneumorph.mechanics.elements import points
 from pneumorph.mechanics.elements.element import TET_CORNER_N, TET_DN, TET_WEIGHT, tet_energies
 from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces, Pulled
 from pneumorph.mechanics.elements.kinematics import volume_ratio
-from pneumorph.mechanics.elements.stiffness import coupling_blocks, element_blocks, invariant_blocks
+from pneumorph.mechanics.elements.stiffness import (
+    coupling_blocks,
+    element_blocks,
+    invariant_blocks,
+    invariant_node_blocks,
+    node_blocks,
+)
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
 from pneumorph.mechanics.material.energies import Energy, Invariants, invariants
 from pneumorph.mechanics.material.memory import PointParameters
@@ -99,14 +105,13 @@ class Solid(ElementEnergy):
     def tangent_map(self, elements: Connectivity, at: Local, loads: Loads) -> Callable[[Local], Forces]:
         """`change` as a function of changes of u (E, 10, 3) and π (E, c) alone: the rest is computed once."""
         prepared = each(lambda chunk: _linearised(self, elements, at, chunk, True), elements.chunks())
-        still = np.zeros((elements.chunk, 10, 3))
 
         def product(along: Local) -> Forces:
             u, hydrostatic = np.empty(at.u.shape), np.zeros(at.hydrostatic.shape)
 
             def work(part: Linearised) -> None:
-                (chunk, here, change), (dF, dA, growth) = part, _room(elements)
-                points.straining(still, along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
+                (chunk, here, change), dF = part, np.empty((3, 3, 4, elements.chunk))
+                points.strain_along(along.u[chunk], TET_DN, here.A, dF)
                 _, _, dstress, dslope = change(dF, _at_points(along.hydrostatic[chunk], elements.chunk))
                 points.nodal_forces(dstress, here.A, here.measure, TET_DN, u[chunk])
                 if elements.hydrostatics.shape[1]:
@@ -200,9 +205,37 @@ class Solid(ElementEnergy):
                     moduli += here.measure * excess * _second_of_ratio(here.F)
                 element_blocks(moduli, here.A, TET_DN, motion[chunk])
             if corners:
-                slopes, among = map(np.array, _couplings(own, here.F, here.hydrostatic, here.measure))
-                coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling[chunk])
-                compression[chunk] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
+                _couple(own, here, coupling[chunk], compression[chunk])
+
+        each(work, elements.chunks())
+        return motion[: elements.count], coupling[: elements.count], compression[: elements.count]
+
+    def node_blocks(self, elements: Connectivity, at: Local, loads: Loads) -> Blocks:
+        """The same, but by u and u only of every node with itself (M, 10, 9).
+
+        Parameters
+        ----------
+        elements : Connectivity
+            Of the E elements of a nodes and c unknowns π.
+        at : Local
+            What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
+        loads : Loads
+            Unused: none enters.
+        """
+        count, corners = len(elements.nodes), elements.hydrostatics.shape[1]
+        motion, coupling = np.empty((count, 10, 9)), np.zeros((count, 10, corners, 3))
+        compression = np.zeros((count, corners, corners))
+
+        def work(chunk: slice) -> None:
+            here, own = strained(elements, at, chunk), self.at(at.data[chunk])
+            if self.energy_density.of_invariants is not None:
+                by_invariants = np.array(_invariant_derivatives(own, here.F, here.hydrostatic)[0])
+                invariant_node_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
+            else:
+                moduli = np.array(_moduli(own, here.F, here.hydrostatic, here.measure))
+                node_blocks(moduli, here.A, TET_DN, motion[chunk])
+            if corners:
+                _couple(own, here, coupling[chunk], compression[chunk])
 
         each(work, elements.chunks())
         return motion[: elements.count], coupling[: elements.count], compression[: elements.count]
@@ -226,6 +259,13 @@ class Remembering(Solid):
             self.energy_density,
             PointParameters(points[:6], points[6], self.share, self.softening, own, own[-1]),
         )
+
+
+def _couple(solid: Solid, here: StrainedPoints, coupling: np.ndarray, compression: np.ndarray) -> None:
+    """Fill the blocks by u and π, and by π and π, of a chunk."""
+    slopes, among = map(np.array, _couplings(solid, here.F, here.hydrostatic, here.measure))
+    coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling)
+    compression[:] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
 
 
 def _forces(at: Local, u: np.ndarray, hydrostatic: np.ndarray) -> Forces:

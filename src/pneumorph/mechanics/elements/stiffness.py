@@ -68,6 +68,63 @@ def invariant_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
             _add(A, G, half, local)
 
 
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def node_blocks(moduli, inverse_jacobian, derivative, blocks):
+    """The blocks (M, 10, 9) of `element_blocks` of every node with itself.
+
+    Parameters
+    ----------
+    moduli, inverse_jacobian, derivative : arrays
+        As `element_blocks` has them.
+    blocks : (M, 10, 9) array
+        Filled, N/mm.
+    """
+    A, G = np.empty((9, 9)), np.empty((10, 3))
+    for e in range(blocks.shape[0]):
+        local = blocks[e]
+        local[:, :] = 0.0
+        for point in range(4):
+            for i in range(9):
+                for j in range(9):
+                    A[i, j] = moduli[i, j, point, e]
+            _gradients(derivative[point], inverse_jacobian[:, :, point, e], G)
+            _add_nodes(A, G, local)
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def invariant_node_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
+    """The blocks (M, 10, 9) of `invariant_blocks` of every node with itself.
+
+    Parameters
+    ----------
+    derivatives, F, inverse_jacobian, derivative : arrays
+        As `invariant_blocks` has them.
+    blocks : (M, 10, 9) array
+        Filled, N/mm.
+    """
+    A, G, slopes = np.empty((9, 9)), np.empty((10, 3)), np.empty((3, 9))
+    for e in range(blocks.shape[0]):
+        local = blocks[e]
+        local[:, :] = 0.0
+        for point in range(4):
+            moduli_by_invariants(derivatives[:, point, e], F[:, :, point, e], slopes, A)
+            _gradients(derivative[point], inverse_jacobian[:, :, point, e], G)
+            _add_nodes(A, G, local)
+
+
+@numba.njit(cache=True, fastmath=True)
+def _add_nodes(A, G, local):
+    """Add Gᵀ A G of one point to the blocks (10, 9) of an element's nodes with themselves."""
+    for a in range(10):
+        for i in range(3):
+            for k in range(3):
+                value = 0.0
+                for j in range(3):
+                    for n in range(3):
+                        value += G[a, j] * A[3 * i + j, 3 * k + n] * G[a, n]
+                local[a, 3 * i + k] += value
+
+
 @numba.njit(cache=True, fastmath=True)
 def moduli_by_invariants(w, F, slopes, A):
     """∂²w/∂F∂F = Σ w_a ∂²I_a + Σ w_ab ∂I_a ⊗ ∂I_b at one point, into A (9, 9).
