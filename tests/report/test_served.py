@@ -3,12 +3,10 @@
 import json
 import re
 import shutil
-import threading
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from pages import differs, picture, slide, words
+from pages import differs, picture, serving, slide, solved, words
 from runs import analysed, ended, line, waved, waving_run
 from tiny import tiny
 
@@ -16,20 +14,6 @@ import pneumorph as pm
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import loads
 from pneumorph.run import StoredDesign, create
-from pneumorph.serve.server import Server
-
-SOLVED = "#explore[data-solved='{}']"
-
-
-@contextmanager
-def serving(*paths):
-    server = Server(paths)
-    threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
-    try:
-        yield server.address
-    finally:
-        server.shutdown()
-        server.close()
 
 
 @pytest.fixture(scope="module")
@@ -43,10 +27,6 @@ def accept(run, number, pressures, fields):
     """Let a run accept one more design."""
     stored = StoredDesign.of(waved(starting_body(run.problem.tubes), 0.1 * number), pressures)
     run.record(line(run.problem, number, pressures), stored, fields, {})
-
-
-def solved(page, words):
-    page.wait_for_selector(SOLVED.format(words))
 
 
 def until(page, name, text):

@@ -143,7 +143,7 @@ def test_what_cannot_be_served(run, tmp_path):
 
 def test_sliders_go_beyond_the_tasks():
     problem = loads(Path("examples/arm_parallel.toml").read_text(encoding="utf-8"))
-    for slider in sliders_of(problem):
+    for slider in sliders_of(problem, {}):
         ends = [
             end
             for task in problem.task

@@ -65,7 +65,7 @@ def told() -> dict:
             )
     count = 6 + len(model.chambers)
     parts = {"chambers": list(model.chambers), "bounds": model.bounds.tolist(), "corners": model.corners.tolist()}
-    parts |= {"index": model._index.tolist(), "coefficients": model._coefficients[:, :count].tolist()}
+    parts |= {"index": model.index.tolist(), "coefficients": model.coefficients[:, :count].tolist()}
     assert list(MOTIONS) == [name.rpartition(" (")[0] for name in model.outputs[:6]]
     return {"model": parts | {"errors": model.errors}, "asked": asked, "found": found}
 

@@ -3,9 +3,27 @@
 import base64
 import io
 import re
+import threading
+from contextlib import contextmanager
 
 import matplotlib.image
 import numpy as np
+
+from pneumorph.serve.server import Server
+
+SOLVED = "#explore[data-solved='{}']"
+
+
+@contextmanager
+def serving(*paths):
+    """The address of a server of runs."""
+    server = Server(paths)
+    threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
+    try:
+        yield server.address
+    finally:
+        server.shutdown()
+        server.close()
 
 
 def picture(page) -> np.ndarray:
@@ -39,3 +57,8 @@ def differs(one: np.ndarray, other: np.ndarray) -> float:
 
 def words(page, name) -> str:
     return page.locator(f"#{name}").inner_text()
+
+
+def solved(page, pressures):
+    """Wait for the exact state at pressures, as the page writes them."""
+    page.wait_for_selector(SOLVED.format(pressures))

@@ -1,81 +1,151 @@
-// Pressures that are set on the page: the nearest known state at once, and the one that is asked for once it is solved.
+// Pressures that are set on the page. Where there is a fast model of the design, it is drawn at once; where there is a
+// server, the state that is asked for takes its place once it is solved, and until then the nearest known one is shown
+// where there is no model.
 import * as server from "./client.js";
 import { byId, element } from "./elements.js";
 import { named } from "./named.js";
 import { keyOf, nearest, stepOf } from "./nearest.js";
 import { EXPLORE, pressureWords } from "./page.js";
-import { short } from "./numbers.js";
-import { exploredTable, fillTable } from "./tables.js";
+import { atMost, short } from "./numbers.js";
+import { exploredTable, fillTable, modelledTable } from "./tables.js";
 
 const PATIENCE = 150; // milliseconds without a change before a state is asked for
 const EVERY = 700; // milliseconds between looks at the sweep
 const MOST = 60; // states that are kept
+const AXES = ["x", "y", "z"];
 
 export class Explorer {
-  // number(): which run is shown.
-  constructor(page, number) {
-    Object.assign(this, { page, number, sliders: [], place: "", known: [], states: new Map(), ticket: 0, task: "" });
+  // number(): which run of a server is shown; null without a server.
+  constructor(page, number = null) {
+    Object.assign(this, { page, number, sliders: [], wanted: named([]), target: null, tip: null, place: "", known: [], states: new Map(), ticket: 0, task: "" });
+    for (const axis of AXES) byId(`target-${axis}`).addEventListener("change", () => this.#aim(AXES.map((each) => Number(byId(`target-${each}`).value)), true));
+    byId("places").addEventListener("change", () => this.#reach());
   }
 
   // Called after every change of what the page shows.
   follow() {
-    const { state, facts } = this.page;
+    const { state, facts, view } = this.page;
     const exploring = state.task === EXPLORE;
     byId("explore").hidden = !exploring;
     if (!exploring) {
       this.task = state.task;
       this.place = "";
+      view?.reach?.show(null);
       return;
     }
-    const place = `${this.number()} ${facts.history[state.design].iteration} ${facts.directory}`;
-    if (place === this.place) return;
+    const place = `${this.number?.()} ${facts.history[state.design].iteration} ${facts.directory}`;
+    if (place === this.place) return this.#reach();
     this.place = place;
     this.known = [];
     this.states.clear();
     this.#sliders();
-    this.#sweep(place, true);
-    this.#want();
+    if (this.number) this.#sweep(place, true);
+    this.#want(this.wanted);
   }
 
   get #design() {
     return this.page.facts.history[this.page.state.design].iteration;
   }
 
-  get #wanted() {
-    return named(this.sliders.map(({ chamber, slider }) => [chamber, Number(slider.value)]));
+  // The fast model, if it is of the design that is shown.
+  get #model() {
+    return this.page.model?.design === this.#design ? this.page.model : null;
   }
 
   // One to a chamber; they begin at the pressures of the task that was shown, and stay where they have been set.
   #sliders() {
     const { facts, state } = this.page;
-    const chambers = facts.sliders.map(({ chamber }) => chamber).join();
+    const given = facts.sliders ?? facts.model.chambers.map((chamber, c) => ({ chamber, least: facts.model.bounds[c][0], most: facts.model.bounds[c][1] }));
+    const chambers = given.map(({ chamber }) => chamber).join();
     if (this.sliders.length > 0 && this.sliders.map(({ chamber }) => chamber).join() === chambers) return;
     const tasks = facts.history[state.design].tasks;
     const begin = (tasks[this.task] ?? tasks[facts.tasks[0].name]).pressure_MPa;
-    this.sliders = facts.sliders.map(({ chamber, least, most }, number) => {
+    this.sliders = given.map(({ chamber, least, most }, number) => {
       const step = stepOf(1e3 * least, 1e3 * most);
-      const [low, high] = [Math.floor((1e3 * least) / step) * step, Math.ceil((1e3 * most) / step) * step];
+      const [low, high] = [Math.floor((1e3 * least) / step + 1e-9) * step, Math.ceil((1e3 * most) / step - 1e-9) * step];
       const slider = element("input", { type: "range", id: `chamber-${number}`, min: low, max: high, step });
-      slider.value = 1e3 * begin[chamber];
       const shown = element("output", { for: slider.id });
-      slider.addEventListener("input", () => this.#want());
+      slider.addEventListener("input", () => this.#want(named([...Object.entries(this.wanted), [chamber, Number(slider.value)]])));
       const row = element("div", { class: "row" }, element("span"), element("label", { for: slider.id }, chamber), slider, shown);
-      return { chamber, slider, shown, row };
+      return { chamber, slider, shown, row, begin: Math.min(Math.max(1e3 * begin[chamber], low), high) };
     });
+    this.wanted = named(this.sliders.map((each) => [each.chamber, each.begin]));
     byId("chambers").replaceChildren(...this.sliders.map(({ row }) => row));
   }
 
-  // Show what is near now; ask for what is wanted when the sliders rest.
-  #want() {
-    for (const { slider, shown } of this.sliders) shown.textContent = `${short(Number(slider.value), 4)} kPa`;
+  // Show what is known now; ask for what is wanted when the sliders rest. target: { place, missed, reached }.
+  #want(wanted, target = null) {
+    Object.assign(this, { wanted, target });
+    for (const { chamber, slider, shown } of this.sliders) {
+      slider.value = wanted[chamber];
+      shown.textContent = `${short(wanted[chamber], 4)} kPa`;
+    }
     const ticket = ++this.ticket;
     clearTimeout(this.timer);
-    const wanted = this.#wanted;
+    this.modelled = this.#model?.at(wanted) ?? null;
     const there = this.states.get(keyOf(wanted)) ?? this.#ofTask(wanted);
-    this.solving = !there;
+    this.solving = !there && this.number !== null;
     if (there) return this.#show(there, wanted);
-    this.#near(wanted, ticket);
-    this.timer = setTimeout(() => this.#solve(wanted, ticket), PATIENCE);
+    if (this.modelled) this.#draw(wanted);
+    else if (!this.number) this.#unknown();
+    else this.#near(wanted, ticket);
+    if (this.solving) this.timer = setTimeout(() => this.#solve(wanted, ticket), PATIENCE);
+  }
+
+  // The tip to a place, or as near to it as it gets; from anywhere once the target stays there.
+  #aim(place, rests) {
+    const model = this.#model;
+    if (!model || !place.every(Number.isFinite)) return;
+    const { pressures, missed, reached } = model.for(place, rests ? null : this.wanted);
+    this.#want(this.#whole(pressures), { place, missed, reached });
+  }
+
+  // With no pressure in the chambers that the model does not have.
+  #whole(pressures) {
+    return named(this.sliders.map(({ chamber }) => [chamber, pressures[chamber] ?? 0]));
+  }
+
+  // The body of the fast model.
+  #draw(wanted) {
+    const { shape, motions, tip, volumes, inside } = this.modelled;
+    const { errors, held_out: count } = this.page.facts.model;
+    const words = wordsOf(wanted);
+    const off = `off by at most ${atMost(errors.translation_mm)} mm at the tip and ${atMost(errors.shape_mm)} mm on the surfaces`;
+    this.#say(`Drawn by the fast model, which was ${off} at ${count} exact states.${this.solving ? " The exact state is being solved …" : ""}`);
+    if (!inside) byId("explore-warnings").replaceChildren(element("li", {}, "Outside the domain of the model: no stable state is known at these pressures."));
+    fillTable(byId("explored"), modelledTable({ motions, volumes, errors, inside }, words));
+    this.tip = tip;
+    this.page.explored = { shape, words: `${words}, by the fast model` };
+    byId("explore").dataset.drawn = keyOf(wanted);
+    this.page.show();
+  }
+
+  // Neither a model nor a server knows.
+  #unknown() {
+    this.tip = null;
+    this.#say(`The fast model is that of design ${this.page.model.design}: choose that design to set pressures.`);
+    byId("explored").replaceChildren();
+    this.page.explored = null;
+    this.page.show();
+  }
+
+  // The target, and where the tip can go.
+  #reach() {
+    const { view } = this.page;
+    const drives = this.#model !== null && this.tip !== null;
+    byId("driving").hidden = !drives;
+    const { reach } = view ?? {};
+    if (reach) {
+      reach.moved = (place, rests) => this.#aim(place, rests);
+      reach.chosen = (number) => this.#want(this.#whole(this.#model.ofPlace(number)));
+      reach.show(drives ? this.tip : null, this.target?.place ?? null, byId("places").checked);
+    }
+    if (!drives) return;
+    const at = this.target?.place ?? this.tip;
+    AXES.forEach((axis, k) => (byId(`target-${axis}`).value = at[k].toFixed(2)));
+    byId("reached").textContent = !this.target
+      ? "Drag the ball at the tip, or type a place: the pressures follow."
+      : this.target.reached ? "The target is reached." : `The target is out of reach by ${short(this.target.missed, 2)} mm; this is the nearest place.`;
   }
 
   // The state of a task at its whole pressures, which a run has stored with its numbers; nothing needs to be solved.
@@ -101,7 +171,8 @@ export class Explorer {
   async #near(wanted, ticket) {
     const stored = this.#stored();
     const near = nearest([...this.known, ...stored.map(({ pressures }) => pressures)], wanted);
-    if (!near) return this.#say(`Solving at ${wordsOf(wanted)} …`);
+    this.#say(`Solving at ${wordsOf(wanted)} …`);
+    if (!near) return;
     const only = this.known.includes(near) ? undefined : stored.find(({ pressures }) => pressures === near);
     if (only) return this.#picture(only.stop, wanted);
     const found = await this.#asked(near);
@@ -142,11 +213,14 @@ export class Explorer {
   #show(found, wanted) {
     const exact = keyOf(found.pressures) === keyOf(wanted);
     const words = pressureWords(found.step.pressure_MPa);
-    this.#say(exact ? "" : `Solving at ${wordsOf(wanted)} … Shown until then is the nearest known state, at ${words}.`);
+    this.tip = this.page.model ? this.page.model.rest.map((value, axis) => value + found.step.translation_mm[axis]) : null;
+    const off = exact && this.modelled && Math.hypot(...found.step.translation_mm.map((value, axis) => value - this.modelled.motions[axis]));
+    this.#say(exact ? (this.modelled ? `This is the exact state. The tip of the fast model is at most ${atMost(off)} mm from it.` : "") : `Solving at ${wordsOf(wanted)} … Shown until then is the nearest known state, at ${words}.`);
     byId("explore-warnings").replaceChildren(...found.warnings.map((text) => element("li", {}, text)));
     fillTable(byId("explored"), exploredTable(found.step, words));
     this.page.explored = { shape: found.shape, words };
     byId("explore").dataset.solved = exact ? keyOf(wanted) : "";
+    byId("explore").dataset.drawn = "";
     this.page.show();
   }
 
@@ -155,6 +229,7 @@ export class Explorer {
     this.#say(`Solving at ${wordsOf(wanted)} … Shown until then is the stored shape at ${words}.`);
     byId("explore-warnings").replaceChildren();
     byId("explored").replaceChildren();
+    this.tip = null;
     this.page.explored = { shape: this.page.shapes.moved(this.page.state.design, stop), words };
     this.page.show();
   }
@@ -162,6 +237,7 @@ export class Explorer {
   #say(words, warning = "") {
     byId("solving").textContent = words;
     byId("explore").dataset.solved = "";
+    byId("explore-warnings").replaceChildren();
     if (warning) byId("explore-warnings").replaceChildren(element("li", {}, warning));
   }
 
@@ -172,7 +248,7 @@ export class Explorer {
       if (place !== this.place) return;
       const more = known.length > this.known.length;
       this.known = known;
-      if (more && this.solving) this.#near(this.#wanted, this.ticket);
+      if (more && this.solving && !this.modelled) this.#near(this.wanted, this.ticket);
       if (left > 0) setTimeout(() => this.#sweep(place, false), EVERY);
     } catch (error) {
       if (place === this.place) this.#say(error.message);

@@ -9,12 +9,13 @@ function whole(facts, shapes, design) {
   return facts.tasks.flatMap(({ name }) => shapes.stops(design, name).slice(-1).map((stop) => shapes.moved(design, stop)));
 }
 
-// Everything that should be seen, three numbers each.
-export function framed(facts, shapes) {
+// Everything that should be seen, three numbers each; places: where the tip can go.
+export function framed(facts, shapes, places = []) {
   const last = facts.history.length - 1;
   const moved = [...whole(facts, shapes, 0), ...whole(facts, shapes, last)];
   const points = [shapes.atRest(0), shapes.atRest(last), ...moved].flatMap(({ positions }) => thinned(positions));
   for (const { target } of facts.tasks) points.push(...(target?.line ?? []).flat(), ...(target?.place ?? []));
+  points.push(...places.flat());
   // The clamp too.
   const wide = 1.3 * facts.radius;
   for (const x of [-wide, wide]) for (const y of [-wide, wide]) points.push(x, y, -0.03 * facts.length);

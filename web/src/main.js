@@ -1,5 +1,6 @@
 // Begins the page: a run in its block, or the members of a study, or, where it is served, the runs that the server has.
 import { byId } from "./elements.js";
+import { Explorer } from "./explore.js";
 import { unpack } from "./packed.js";
 import { RunPage } from "./page.js";
 import { served } from "./served.js";
@@ -12,7 +13,11 @@ async function begin() {
   const page = new RunPage();
   if (packed.length === 0) await served(page);
   else if (packed[0].facts.member) study(page, packed);
-  else page.load(packed[0]);
+  else {
+    const explorer = new Explorer(page);
+    page.shown = () => explorer.follow();
+    page.load(packed[0]);
+  }
   document.body.dataset.ready = "yes";
 }
 

@@ -11,7 +11,7 @@ const [STEPS, STARTS, SEEDS] = [25, 4, 512]; // most steps from a start, most st
 const TINY = 1e-9; // of a range
 
 export class Model {
-  // told: { chambers, bounds, corners, index, coefficients, errors }: one row of coefficients to a polynomial, six of the
+  // told: { chambers, bounds, corners, index, coefficients, errors } and perhaps more: one row of coefficients to a polynomial, six of the
   // tip's motions and then one to the volume of each chamber.
   constructor(told) {
     Object.assign(this, told);
@@ -22,6 +22,11 @@ export class Model {
     const ends = [0, 1, 2].map((row) => this.seedMotions.map((motion) => motion[row]));
     this.reach = Math.hypot(...ends.map((all) => Math.max(...all) - Math.min(...all))) || 1;
     this.error = Math.hypot(this.errors.translation_mm, PER_RADIAN * this.errors.rotation_rad);
+  }
+
+  // The amounts of the modes of its shape, which a page has.
+  amountsAt(p) {
+    return times(basisOf(this.scaled(p), this.amounts.index), this.amounts.coefficients);
   }
 
   // Translation and rotation vector of the tip.

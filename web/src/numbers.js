@@ -8,6 +8,9 @@ export function short(value, digits = 4) {
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
+// A largest error, with two digits; one of less than a thousandth is no more than that.
+export const atMost = (error) => short(Math.max(error, 1e-3), 2);
+
 // Round numbers from low to high, about `count` of them.
 export function ticks(low, high, count = 4) {
   const span = high - low || 1;

@@ -2,6 +2,7 @@
 import { MODES, painted, showLegend } from "./colours.js";
 import { Cut } from "./cut.js";
 import { bytesOf, netsAsCsv, save } from "./downloads.js";
+import { Driven } from "./driven.js";
 import { byId, element } from "./elements.js";
 import { Ranges, baseOnTheLeft, framed, radiusOf, valued } from "./frame.js";
 import { historyPlots } from "./history.js";
@@ -57,8 +58,10 @@ export class RunPage {
     state.design = atLast ? this.last : Math.min(state.design, this.last);
     if (!same) this.#begin();
     this.#tasks();
-    const points = framed(facts, this.shapes);
+    this.model = facts.model ? new Driven(facts, this.shapes) : null;
+    const points = framed(facts, this.shapes, this.model?.places);
     this.view?.load(this.shapes, points, same);
+    this.view?.reach?.load(this.model.places, facts.model.chambers.length > 2);
     this.marked = historyPlots(facts, byId("plots"), (design) => this.choose({ design }));
     describe(facts, this.shapes, state);
     this.cut.load(facts, points, this.view, same);
@@ -77,7 +80,7 @@ export class RunPage {
   #tasks() {
     const { tasks } = this.facts;
     const options = tasks.map(({ name }) => element("option", { value: name }, tasks.length > 1 ? `inflated: ${name}` : "inflated"));
-    if (this.explorable) options.push(element("option", { value: EXPLORE }, "set pressures"));
+    if (this.explorable || this.facts.model) options.push(element("option", { value: EXPLORE }, "set pressures"));
     byId("task").replaceChildren(element("option", { value: "" }, "at rest"), ...options);
     byId("task").value = this.state.task;
     // Runs of earlier versions do not have it.

@@ -4,6 +4,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { BodyView } from "./body.js";
 import { Marks, tipOf } from "./marks.js";
 import { Obstacles } from "./obstacles.js";
+import { Reach } from "./reach.js";
 
 // Small pictures are drawn in one place and copied: a browser has few places to draw in space.
 let shared;
@@ -40,6 +41,7 @@ export class View {
     Object.assign(this, { facts, points });
     if (same) {
       this.marks.facts = facts;
+      this.#reaches();
       return this.#resize();
     }
     this.scene?.traverse((each) => (each.geometry?.dispose(), each.material?.dispose?.()));
@@ -50,6 +52,7 @@ export class View {
     this.body = new BodyView(this.scene, this.extent);
     this.marks = new Marks(this.scene, facts, facts.radius);
     this.obstacles = new Obstacles(this.scene, obstacles);
+    this.#reaches();
     this.middle = box.getCenter(new THREE.Vector3());
     this.camera.up.copy(upward(facts));
     // What turns the camera holds on to how up was when it was made.
@@ -59,6 +62,11 @@ export class View {
     if (this.small) this.canvas.style.touchAction = "auto";
     this.controls.addEventListener("change", () => this.draw());
     this.reset();
+  }
+
+  #reaches() {
+    this.reach?.remove();
+    this.reach = this.small || !this.facts.model ? null : new Reach(this, this.facts.radius);
   }
 
   // Look from where another view looks, at the same scale.
@@ -107,6 +115,20 @@ export class View {
     this.ray ??= new THREE.Raycaster();
     this.ray.setFromCamera(new THREE.Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height), this.camera);
     return this.body.hit(this.ray);
+  }
+
+  // Where a place is seen, in pixels from the upper left corner of the picture.
+  seen(place) {
+    const { clientWidth: width, clientHeight: height } = this.place;
+    const { x, y } = new THREE.Vector3(...place).project(this.camera);
+    return [((x + 1) / 2) * width, ((1 - y) / 2) * height];
+  }
+
+  // The place that is seen there, as far away as another one.
+  placeAt([x, y], like) {
+    const { clientWidth: width, clientHeight: height } = this.place;
+    const { z } = new THREE.Vector3(...like).project(this.camera);
+    return new THREE.Vector3((2 * x) / width - 1, 1 - (2 * y) / height, z).unproject(this.camera).toArray();
   }
 
   cut(where) {
@@ -184,7 +206,7 @@ export class View {
   #overlay() {
     const { clientWidth: width, clientHeight: height } = this.place;
     const layer = this.place.querySelector(".words-in-space");
-    const words = this.small ? [] : this.marks.words;
+    const words = this.small ? [] : [...this.marks.words, ...(this.reach?.words ?? [])];
     while (layer.children.length > words.length) layer.lastChild.remove();
     words.forEach(({ at, text, middle }, number) => {
       const label = layer.children[number] ?? layer.appendChild(document.createElement("span"));

@@ -64,6 +64,17 @@ export class Shapes {
     return { ...inflated(packed, skin, state.tasks[0].stops[0]), design, skin: mesh };
   }
 
+  // The body as its fast model has it, by the amounts of its modes.
+  modelled(amounts) {
+    const { model } = this.facts;
+    const skin = this.#once("model", () => this.#skin(this.packed, { design: "model", parts: model.parts }));
+    const [moved, stretched] = ["moved", "stretched"].map((what) => amounts.map((_, k) => this.#once(`${what} ${k}`, () => Float32Array.from(this.packed.array(`${what} model ${k}`)))));
+    const sum = (start, modes) => modes.reduce((all, mode, k) => (mode.forEach((value, i) => (all[i] += amounts[k] * value)), all), start);
+    const design = this.facts.history.findIndex(({ iteration }) => iteration === model.design);
+    const stretch = sum(new Float64Array(skin.rest.length / 3).fill(1), stretched);
+    return { ...skin, positions: sum(Float64Array.from(skin.rest), moved), stretch, design, skin: "model", obstacles: model.obstacles };
+  }
+
   // Wall thickness at the vertices of a shape up to `most`, by the surfaces of its design at rest.
   thickness(shape, most) {
     return this.#once(`thickness ${shape.skin} ${shape.design}`, () => {

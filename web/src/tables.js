@@ -1,6 +1,6 @@
 // The tables of the page: what a design does, its limits, how the run went, the material.
 import { element } from "./elements.js";
-import { short } from "./numbers.js";
+import { atMost, short } from "./numbers.js";
 
 const degrees = (vector) => vector.map((angle) => (angle === null ? null : (180 / Math.PI) * angle));
 const three = (vector) => vector.map((value) => (value === null ? "–" : (Math.abs(value) < 0.005 ? "0.00" : value.toFixed(2).replace("-", "−")))).join(", ");
@@ -42,6 +42,17 @@ export function exploredTable(step, words) {
     ["largest stretch", short(step.max_stretch, 4)],
     ["chambers, mm³", volumes.join(", ")],
     ["stable", step.stable ? "yes" : "no"],
+  ];
+}
+
+// The same by the fast model, with the largest errors that were measured.
+export function modelledTable({ motions, volumes, errors, inside }, words) {
+  return [
+    ["", words],
+    ["tip moves, mm", `${three(motions.slice(0, 3))} ± ${atMost(errors.translation_mm)}`],
+    ["tip turns, °", `${three(degrees(motions.slice(3)))} ± ${atMost((180 / Math.PI) * errors.rotation_rad)}`],
+    ["chambers, mm³", `${Object.entries(volumes).map(([name, volume]) => `${name} ${short(volume)}`).join(", ")} ± ${atMost(errors.volume_mm3)}`],
+    ["in the model’s domain", inside ? "yes" : "no"],
   ];
 }
 

@@ -469,6 +469,12 @@ def export(
 def report(
     run: Annotated[Path, typer.Argument(metavar="RUN|STUDY", help="A run directory, or the directory of a study.")],
     out: Annotated[Path | None, typer.Option(help="The file; by default report.html in the directory.")] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            help="A fast model of a design of the run; by default model.npz in the directory, if it is there."
+        ),
+    ] = None,
     trust: Trusted = False,
 ) -> None:
     """Write the page of a run, or of all members of a study: one file for any browser, with shapes and numbers."""
@@ -479,7 +485,7 @@ def report(
     if members := member_paths(run):
         print(f"written to {write_study_page(run, [open_run(each, asking(trust)).directory for each in members], out)}")
     else:
-        print(f"written to {open_run(run, asking(trust)).report(out)}")
+        print(f"written to {open_run(run, asking(trust)).report(out, model)}")
 
 
 @doing("drawing")

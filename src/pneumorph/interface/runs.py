@@ -118,13 +118,15 @@ class Run:
 
         return run_html(self.problem, self.problem.title or str(self.path), self.history, self.result)
 
-    def report(self, path: str | Path | None = None) -> Path:
+    def report(self, path: str | Path | None = None, model: str | Path | None = None) -> Path:
         """Write the page of the run: one file to open in a browser, which needs no network. Nothing is solved for it.
 
         Parameters
         ----------
         path : Path, by default ``report.html`` in the run directory
             Where to; a file of this name is replaced.
+        model : Path, by default ``model.npz`` in the run directory, if it is there
+            A fast model of a design of the run, by which pressures are set on the page.
 
         Returns
         -------
@@ -134,7 +136,7 @@ class Run:
         Raises
         ------
         ProblemError
-            When there is no finished design yet, or the file cannot be written.
+            When there is no finished design yet, the model is none of the run, or the file cannot be written.
 
         Examples
         --------
@@ -145,7 +147,7 @@ class Run:
         # Loads the libraries that draw.
         from pneumorph.output.report import write_report
 
-        return write_report(self.directory, None if path is None else Path(path))
+        return write_report(self.directory, *(None if each is None else Path(each) for each in (path, model)))
 
     def draw(
         self,

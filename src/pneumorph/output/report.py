@@ -11,12 +11,14 @@ from typing import Any
 from pneumorph.atomic import write_bytes
 from pneumorph.doing import doing
 from pneumorph.errors import ProblemError, writing
+from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.output.packed import as_text, pack
 from pneumorph.output.report_data import facts_of
 from pneumorph.output.report_limits import Known, packed_usage
-from pneumorph.output.report_shapes import packed_obstacles, packed_states, packed_surfaces
+from pneumorph.output.report_model import NAME, packed_model
+from pneumorph.output.report_shapes import MOST_NUMBERS, Arrays, packed_obstacles, packed_states, packed_surfaces
 from pneumorph.results import HistoryEntry
 from pneumorph.run import RunDirectory
 
@@ -25,10 +27,11 @@ PAGE = "page/report.html"
 
 
 @doing("writing the page")
-def write_report(run: RunDirectory, path: Path | None = None) -> Path:
+def write_report(run: RunDirectory, path: Path | None = None, model: Path | None = None) -> Path:
     """Write the page of a run with at least one design, which may be still running or have failed; see `Run.report`."""
     path = run.path / "report.html" if path is None else Path(path)
-    page = page_of([facts_and_shapes(run, finished(run))], run.problem.title or run.path.resolve().name)
+    block = facts_and_shapes(run, finished(run), model=model, driven=True)
+    page = page_of([block], run.problem.title or run.path.resolve().name)
     return save_page(page, path)
 
 
@@ -61,6 +64,8 @@ def facts_and_shapes(
     level: int = 9,
     numbers: int | None = None,
     known: Known | None = None,
+    model: Path | None = None,
+    driven: bool = False,
 ) -> bytes:
     """Pack everything that the page shows, and more facts, into one block.
 
@@ -77,15 +82,42 @@ def facts_and_shapes(
         Most displacements and stretches in the block.
     known : Known, optional
         For `packed_usage`.
+    model : Path, optional
+        A fast model of one of the designs.
+    driven : bool
+        Whether the page has the model in the run directory, if none is given and one is there.
+
+    Raises
+    ------
+    ProblemError
+        If the model that is given cannot be shown.
     """
     start = body_of(run.problem)
     bodies = [run.load_design(entry.iteration).on(start) for entry in history]
     surfaces, drawn = packed_surfaces(bodies)
     words, used = packed_usage(limits_of(run.problem, start), bodies, known)
-    states, moved, notes = packed_states(run, history, numbers)
+    told, modes, left_out = _model(run, history, bodies, model, driven)
+    taken = sum(array.values.size for array in modes.values())
+    states, moved, notes = packed_states(run, history, (MOST_NUMBERS if numbers is None else numbers) - taken)
     obstacles, beside = packed_obstacles(run.problem)
-    shapes = {"surfaces": surfaces, "obstacles": obstacles, "states": states, "notes": notes}
-    return pack(facts_of(run, history) | words | shapes | dict(more or {}), drawn | used | beside | moved, level)
+    shapes = {"surfaces": surfaces, "obstacles": obstacles, "states": states, "notes": notes + left_out}
+    facts = facts_of(run, history) | words | shapes | told | dict(more or {})
+    return pack(facts, drawn | used | beside | moved | modes, level)
+
+
+def _model(
+    run: RunDirectory, history: list[HistoryEntry], bodies: Sequence[Body], given: Path | None, driven: bool
+) -> tuple[dict[str, Any], Arrays, list[str]]:
+    """What the page is told of a model, its arrays, and why that in the run directory is left out."""
+    own = run.path / NAME
+    if given is not None:
+        return *packed_model(given, run.problem, history, bodies), []
+    if not driven or not own.exists():
+        return {}, {}, []
+    try:
+        return *packed_model(own, run.problem, history, bodies), []
+    except ProblemError as error:
+        return {}, {}, [f"there are no pressures to set, since {error}"]
 
 
 def page_of(blocks: Sequence[bytes], title: str) -> str:

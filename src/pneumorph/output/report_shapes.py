@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.geometry import Body, Surface
 from pneumorph.geometry.starting import body_of
+from pneumorph.mesh import TetMesh
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.output.obstacles import shells_of, views_of
 from pneumorph.output.packed import MICROMETRE, Steps, in_parts, in_steps
@@ -169,7 +170,9 @@ def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> 
     pressures = entry.tasks[task].pressures
     nothing, rest = dict.fromkeys(pressures, 0.0), np.zeros_like(fields.mesh.points)
     if fields.sag is not None and like_first(problem, task):
-        yield Stop(nothing, fields.sag, nodal_stretch(fields.mesh, fields.sag), _moved(problem, task, None, 0.0))
+        yield Stop(
+            nothing, fields.sag, nodal_stretch(fields.mesh, fields.sag), moved_obstacles(problem, task, None, 0.0)
+        )
     elif not acting_in(problem)[task].moves:
         yield Stop(nothing, rest, np.ones(len(rest)), {})
     if task in fields.inflation:
@@ -178,11 +181,11 @@ def _stops(problem: Problem, entry: HistoryEntry, fields: Fields, task: str) -> 
             moved, stretched = rest.copy(), np.ones(len(rest))
             moved[skin], stretched[skin] = u, stretch
             partly = {name: float(part * value) for name, value in pressures.items()}
-            yield Stop(partly, moved, stretched, _moved(problem, task, None, float(part)))
-    yield Stop(dict(pressures), fields.u[task], fields.stretch[task], _moved(problem, task, entry.tasks[task]))
+            yield Stop(partly, moved, stretched, moved_obstacles(problem, task, None, float(part)))
+    yield Stop(dict(pressures), fields.u[task], fields.stretch[task], moved_obstacles(problem, task, entry.tasks[task]))
 
 
-def _moved(
+def moved_obstacles(
     problem: Problem, task: str, found: TaskResult | SweepStep | None, part: float = 1.0
 ) -> dict[str, list[float] | None]:
     """Where obstacles are, see `Stop`, at this part of a task's poses; free ones are known of a result alone."""
@@ -215,7 +218,7 @@ def packed_state(
     """
     whole = fields.whole()
     ((task, u),) = whole.u.items()
-    stop = Stop(pressures, u, whole.stretch[task], _moved(problem, task, found))
+    stop = Stop(pressures, u, whole.stretch[task], moved_obstacles(problem, task, found))
     return _packed_design(0, whole, {task: [stop]}, corners=False, changes={})
 
 
@@ -233,7 +236,10 @@ def _packed_design(
     corners: bool,
     changes: Mapping[str, Sequence[Change]],
 ) -> tuple[dict[str, Any], Arrays]:
-    skin, step = _skin(fields, corners), min(MICROMETRE, 1e-4 * float(np.ptp(fields.mesh.points, axis=0).max()))
+    skin, step = (
+        skin_of_mesh(fields.mesh, corners),
+        min(MICROMETRE, 1e-4 * float(np.ptp(fields.mesh.points, axis=0).max())),
+    )
     arrays = {
         f"points {number}": in_steps(fields.mesh.points[skin.nodes], step),
         # Neighbouring triangles have similar numbers.
@@ -256,9 +262,9 @@ def _packed_design(
     return {"design": number, "parts": skin.parts, "tasks": tasks}, arrays
 
 
-def _skin(fields: Fields, corners: bool) -> Skin:
-    mesh, nodes, triangles, parts = fields.mesh, [], [], []
-    first = 0
+def skin_of_mesh(mesh: TetMesh, corners: bool) -> Skin:
+    """The surfaces of a mesh, by the corners of its triangles only if asked for."""
+    nodes, triangles, parts, first = [], [], [], 0
     for name, faces in mesh.faces.items():
         chambers = chambers_of(name)
         for part in _smooth_parts(mesh.points, faces) if chambers else [faces]:

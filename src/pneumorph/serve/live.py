@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,11 @@ from pneumorph.errors import ProblemError
 from pneumorph.interface.runs import Run, open_run
 from pneumorph.output.report import facts_and_shapes, finished
 from pneumorph.output.report_limits import Known
+from pneumorph.output.report_model import NAME
 from pneumorph.problem import Problem
 from pneumorph.run import RunDirectory
 from pneumorph.serve.worker import RequestedState
+from pneumorph.surrogate.reader import Model, ModelError
 
 PARTS = 6
 """Steps of a sweep from no pressure to those of a task."""
@@ -26,7 +28,7 @@ BEYOND = 1.25
 OVER = 0.05
 """By so much of its range a pressure may be beyond a slider."""
 
-WATCHED = ("problem.toml", "history.jsonl", "checkpoint.npz", "fields", "result.json", "make")
+WATCHED = ("problem.toml", "history.jsonl", "checkpoint.npz", "fields", "result.json", "make", NAME)
 """What changes in a run directory when there is something new to show."""
 
 READINGS = 4
@@ -98,7 +100,7 @@ class LiveRun:
             raise ProblemError(f"pressures: need a number in kPa for each of {', '.join(chambers)}")
         if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in pressures.values()):
             raise ProblemError("pressures: are not numbers in kPa")
-        for slider in sliders_of(run.problem):
+        for slider in sliders_of(run.problem, modelled(self.path)):
             # A slider ends with a whole step of it.
             over = OVER * (slider.most - slider.least)
             low, high = 1e3 * (slider.least - over), 1e3 * (slider.most + over)
@@ -135,12 +137,21 @@ def _opened(path: Path) -> Run:
 
 
 def _block(run: RunDirectory, known: Known) -> bytes:
-    sliders = [{"chamber": each.chamber, "least": each.least, "most": each.most} for each in sliders_of(run.problem)]
-    return facts_and_shapes(run, finished(run), {"sliders": sliders}, level=1, known=known)
+    sliders = [asdict(each) for each in sliders_of(run.problem, modelled(run.path))]
+    return facts_and_shapes(run, finished(run), {"sliders": sliders}, level=1, known=known, driven=True)
 
 
-def sliders_of(problem: Problem) -> Iterator[Slider]:
-    """The chambers with the pressures that are sensible for them: from none to beyond those of the tasks."""
+def modelled(path: Path) -> dict[str, tuple[float, float]]:
+    """The bounds in MPa of the fast model in a run directory, by chamber; none without one."""
+    try:
+        model = Model(path / NAME)
+    except ModelError:
+        return {}
+    return dict(zip(model.chambers, map(tuple, model.bounds.tolist()), strict=True))
+
+
+def sliders_of(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> Iterator[Slider]:
+    """The chambers with the pressures that are sensible for them: to beyond those of tasks, and to those of a model."""
     ranges = {
         chamber.name: [
             end for task in problem.task for free in [task.pressure[chamber.name]] for end in (free.min, free.max)
@@ -152,7 +163,8 @@ def sliders_of(problem: Problem) -> Iterator[Slider]:
         least, most = min(0.0, *ends), max(0.0, *ends)
         if least == most:
             most = usual
-        yield Slider(name, BEYOND * least, BEYOND * most)
+        low, high = bounds.get(name, (0.0, 0.0))
+        yield Slider(name, min(BEYOND * least, low), max(BEYOND * most, high))
 
 
 def _written(path: Path) -> int:

@@ -83,6 +83,7 @@ class Model:
     outputs : names of the values, in the order of `values`.
     bounds : (C, 2) MPa.
     corners : (K, C) of the boxes that are the domain, MPa.
+    index, coefficients : (t, C), (t, m) of the polynomials of the outputs.
     errors : {"translation_mm", "rotation_rad", "volume_mm3", …: largest error measured}
     """
 
@@ -94,15 +95,15 @@ class Model:
         self.errors: dict[str, float] = dict(self.header["errors"])
         self.bounds, self.corners = arrays["bounds"], arrays["corners"]
         self._lower, self._range = self.bounds[:, 0], np.ptp(self.bounds, axis=1)
-        self._index, self._coefficients = arrays["index"].astype(np.intp), arrays["coefficients"]
+        self.index, self.coefficients = arrays["index"].astype(np.intp), arrays["coefficients"]
         self._soft_index, self._soft = arrays["soft_index"].astype(np.intp), arrays["soft_coefficients"]
-        self._order = np.arange(1 + max(self._index.max(), self._soft_index.max()), dtype=float)[:, None]
+        self._order = np.arange(1 + max(self.index.max(), self._soft_index.max()), dtype=float)[:, None]
         self._columns = np.arange(len(self.chambers))
         self._slopes = np.stack(
-            [_derivative(self._index, self._coefficients, c) * 2.0 / self._range[c] for c in self._columns], axis=-1
+            [_derivative(self.index, self.coefficients, c) * 2.0 / self._range[c] for c in self._columns], axis=-1
         )
         # All six motions and their slopes at once.
-        self._tip = np.hstack([self._coefficients[:, :6], self._slopes[:, :6].reshape(len(self._index), -1)])
+        self._tip = np.hstack([self.coefficients[:, :6], self._slopes[:, :6].reshape(len(self.index), -1)])
         self._seeds = self._spread()
         self._seed_motions = self.values(self._seeds)[:, :6]
         self._reach = float(np.linalg.norm(np.ptp(self._seed_motions[:, :3], axis=0))) or 1.0
@@ -110,17 +111,17 @@ class Model:
     def pose(self, pressures: Mapping[str, float] | Sequence[float] | np.ndarray) -> Pose:
         """The pose of the tip at pressures (MPa), by name or in order; other chambers have none."""
         p = self._given(pressures)
-        motion = self._basis(p, self._index) @ self._coefficients[:, :6]
+        motion = self._basis(p, self.index) @ self.coefficients[:, :6]
         error = self.errors["translation_mm"], self.errors["rotation_rad"]
         return Pose(motion[:3], motion[3:], self.inside(p), error)
 
     def values(self, pressures: np.ndarray) -> np.ndarray:
         """All outputs (n, m) at many pressures (n, C) in MPa; not checked against the bounds."""
-        return self._basis(np.asarray(pressures, float), self._index) @ self._coefficients
+        return self._basis(np.asarray(pressures, float), self.index) @ self.coefficients
 
     def volumes(self, pressures: Mapping[str, float] | Sequence[float]) -> dict[str, float]:
         """The volumes of the chambers in mm³."""
-        values = self._basis(self._given(pressures), self._index) @ self._coefficients
+        values = self._basis(self._given(pressures), self.index) @ self.coefficients
         return dict(zip(self.chambers, values[6 : 6 + len(self.chambers)].tolist(), strict=True))
 
     def jacobian(self, pressures: Mapping[str, float] | Sequence[float]) -> np.ndarray:
@@ -129,7 +130,7 @@ class Model:
 
     def jacobians(self, pressures: np.ndarray) -> np.ndarray:
         """The same (n, 6, C) at many pressures (n, C); not checked against the bounds."""
-        return np.tensordot(self._basis(np.asarray(pressures, float), self._index), self._slopes[:, :6], axes=1)
+        return np.tensordot(self._basis(np.asarray(pressures, float), self.index), self._slopes[:, :6], axes=1)
 
     def compliance(self, pressures: Mapping[str, float] | Sequence[float]) -> np.ndarray:
         """Motions (6, 6) of the tip by small forces (N) and moments (N·mm) on it, mm and rad, in axes of space."""
@@ -222,7 +223,7 @@ class Model:
 
     def _off(self, p: np.ndarray, rows: list[int], scale: np.ndarray, goal: np.ndarray):
         """What is missed, mm, and its derivatives by the pressures as parts of their ranges."""
-        both = self._basis(p, self._index) @ self._tip
+        both = self._basis(p, self.index) @ self._tip
         slope = both[6:].reshape(6, -1)[rows] * self._range
         return (both[rows] - goal) * scale, slope * scale[:, None]
 
