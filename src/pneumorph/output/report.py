@@ -18,7 +18,7 @@ from pneumorph.output.packed import as_text, pack
 from pneumorph.output.report_data import facts_of
 from pneumorph.output.report_limits import Known, packed_usage
 from pneumorph.output.report_model import NAME, packed_model
-from pneumorph.output.report_shapes import MOST_NUMBERS, Arrays, packed_obstacles, packed_states, packed_surfaces
+from pneumorph.output.report_shapes import Arrays, packed_obstacles, packed_states, packed_surfaces
 from pneumorph.results import HistoryEntry
 from pneumorph.run import RunDirectory
 
@@ -98,7 +98,7 @@ def facts_and_shapes(
     words, used = packed_usage(limits_of(run.problem, start), bodies, known)
     told, modes, left_out = _model(run, history, bodies, model, driven)
     taken = sum(array.values.size for array in modes.values())
-    states, moved, notes = packed_states(run, history, (MOST_NUMBERS if numbers is None else numbers) - taken)
+    states, moved, notes = packed_states(run, history, numbers, taken)
     obstacles, beside = packed_obstacles(run.problem)
     shapes = {"surfaces": surfaces, "obstacles": obstacles, "states": states, "notes": notes + left_out}
     facts = facts_of(run, history) | words | shapes | told | dict(more or {})

@@ -112,13 +112,13 @@ class Skin:
 
 
 def packed_states(
-    run: RunDirectory, history: list[HistoryEntry], numbers: int | None = None
+    run: RunDirectory, history: list[HistoryEntry], numbers: int | None = None, taken: int = 0
 ) -> tuple[list[dict[str, Any]], Arrays, list[str]]:
     """Descriptions for a page of all designs with stored fields, the arrays, and sentences on what is left out.
 
-    `numbers` are at most stored, by default `MOST_NUMBERS`.
+    `numbers` are at most stored, by default `MOST_NUMBERS`, of which something else has `taken` some.
     """
-    numbers = MOST_NUMBERS if numbers is None else numbers
+    numbers = (MOST_NUMBERS if numbers is None else numbers) - taken
     stored = [(entry, fields) for entry in history for fields in [run.fields(entry.iteration)] if fields is not None]
     whole = [(entry, fields.whole()) for entry, fields in stored]
     stops = [{task: list(_stops(run.problem, entry, fields, task)) for task in fields.u} for entry, fields in whole]
