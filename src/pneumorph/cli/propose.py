@@ -20,8 +20,16 @@ from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.render import NoPicture
 from pneumorph.proposals import Plan, Proposal, load_target
 from pneumorph.proposals.candidates import suited
-from pneumorph.proposals.results import draw_proposals, reaches, sheet_rows, write_page, write_table
-from pneumorph.proposals.search import BEST
+from pneumorph.proposals.results import (
+    draw_front,
+    draw_proposals,
+    reaches,
+    sheet_rows,
+    words_of_wishes,
+    write_page,
+    write_table,
+)
+from pneumorph.proposals.search import BEST, MOST_BY_WISHES
 from pneumorph.results import HistoryEntry
 from pneumorph.results.targets import Reached
 
@@ -77,10 +85,14 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
     except Interrupted as stop:
         raise stop.saying(f"stopped; the same command goes on with what is in {folder}") from None
     table = write_table(proposals, folder)
-    best, title = [each for each in proposals[:BEST] if each.entry is not None], target.title or source.stem
+    most = MOST_BY_WISHES if target.minimize else BEST
+    best = [each for each in proposals[:most] if each.entry is not None and (each.final or not target.minimize)]
+    best, title = best or [each for each in proposals[:BEST] if each.entry is not None], target.title or source.stem
     if not quiet:
         console.print(_table(title, proposals))
         console.print(_sheet(best))
+        for each in best if target.minimize else ():
+            console.print(Text(printable(f"{each.candidate.name}: {words_of_wishes(each)}")), soft_wrap=True)
     say_where = partial(console.print, soft_wrap=True)
     say_where(Text(f"table of all {len(proposals)} candidates in {table}"))
     if not best:
@@ -89,6 +101,8 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
         say_where(Text(f"sheet in {draw_proposals(title, best, folder)}"))
     except NoPicture as error:
         say_where(Text(f"the sheet could not be drawn: {error}"))
+    if front := draw_front(title, best, folder):
+        say_where(Text(f"what one wish costs of the other: {front}"))
     say_where(Text(f"everything in one page: {write_page(best, folder)}"))
     first = best[0]
     again = f"pneumorph design {first.run}/problem.toml --out {first.run} --resume --iterations 40"

@@ -8,11 +8,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pneumorph import atomic
+from pneumorph.output.figures import save
+from pneumorph.output.front import Trade, front_figure
 from pneumorph.output.study_page import write_study_page
 from pneumorph.problem import Problem, Task
 from pneumorph.proposals.making import difficulty, rubber_volume
 from pneumorph.proposals.search import Proposal
+from pneumorph.proposals.wishes import HEADINGS, minimised
 from pneumorph.results import HistoryEntry, RunResult
 from pneumorph.results.targets import Reached, targets_reached
 from pneumorph.run import open_run
@@ -47,6 +52,7 @@ def row(proposal: Proposal) -> dict[str, Any]:
         found["time (s)"] = round(sum(each.seconds["total"] for each in run.history()), 1)
         if proposal.final:
             found["making"] = difficulty(problem, run.load_design(entry.iteration).body(problem))
+    found |= {HEADINGS[wish]: float(f"{value:.4g}") for wish, value in proposal.amounts.items()}
     return found | {"went on": "to the end" if proposal.final else "no", "why not": proposal.lost}
 
 
@@ -58,6 +64,37 @@ def margin(problem: Problem, result: RunResult, task: str) -> str:
         return f"above {result.followed[task]:.2f}"
     least = problem.limits.margin
     return "not near" if least is None else f"above {least:g}"
+
+
+def words_of_wishes(proposal: Proposal) -> str:
+    """The amounts of a proposal, and which of them no other one has less of, or more of what is to be large."""
+    if not proposal.amounts:
+        return "not compared"
+    told = ", ".join(f"{HEADINGS[wish]} {value:.3g}" for wish, value in proposal.amounts.items())
+    won = ", ".join(wish.removeprefix("-") for wish in proposal.wins)
+    beaten = "" if proposal.unbeaten else "; another one is as good in all and better in one"
+    return f"{told}; best in {won}" if won else told + (beaten or "; best in none, beaten by none")
+
+
+def draw_front(title: str, proposals: Sequence[Proposal], out: Path) -> Path | None:
+    """Draw ``pareto.png`` of the first two wishes; None where fewer than two proposals have amounts of both."""
+    compared = [
+        each for each in proposals if each.run is not None and np.isfinite(list(each.amounts.values())[:2]).all()
+    ]
+    compared = [each for each in compared if len(each.amounts) > 1]
+    if len(compared) < 2:
+        return None
+    one, other = list(compared[0].amounts)[:2]
+    trades = [
+        Trade(
+            each.candidate.name,
+            (each.amounts[one], each.amounts[other]),
+            (minimised(one, each.amounts[one]), minimised(other, each.amounts[other])),
+        )
+        for each in compared
+    ]
+    save(front_figure(title, [HEADINGS[one], HEADINGS[other]], trades), out / "pareto.png")
+    return out / "pareto.png"
 
 
 def sheet_rows(proposals: Sequence[Proposal]) -> Iterator[tuple[str, ...]]:

@@ -10,16 +10,20 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
+
+import numpy as np
 
 from pneumorph.errors import ProblemError
 from pneumorph.problem import Problem
 from pneumorph.proposals.candidates import Candidate, draw_candidates
 from pneumorph.proposals.estimates import impossible
 from pneumorph.proposals.target import Target
+from pneumorph.proposals.wishes import amount, best_of, minimised
 from pneumorph.results import HistoryEntry
+from pneumorph.results.targets import Reached, targets_reached
 from pneumorph.run import RunDirectory, open_run
 from pneumorph.study import Member
 from pneumorph.study.members import MemberEnd, finished
@@ -29,6 +33,10 @@ KEPT = 1.0 / 3.0
 
 FINER, BEST = 0.65, 2
 """Size of the elements of proposals over that of candidates, and number of proposals."""
+
+
+MOST_BY_WISHES = 4
+"""Largest number of proposals where there are wishes that one body alone does not win."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +79,12 @@ class Proposal:
         Whether it was designed to the end.
     lost : str
         Why it did not go on, as a sentence; empty for those that were designed to the end.
+    amounts : {wish: float}
+        Of what the target minimises, see `wishes.amount`; of those that went on to the end, or nearly.
+    wins : tuple of str
+        The wishes in which no other of these is better.
+    unbeaten : bool
+        Whether no other of these is as good in all wishes and better in one.
     """
 
     candidate: Candidate
@@ -78,6 +92,9 @@ class Proposal:
     entry: HistoryEntry | None
     final: bool
     lost: str = ""
+    amounts: Mapping[str, float] = field(default_factory=dict)
+    wins: tuple[str, ...] = ()
+    unbeaten: bool = False
 
     @property
     def achieved(self) -> str:
@@ -142,15 +159,61 @@ def propose(
         for each in ranked[keep:]:
             lost[each.name] = (_behind(each, going, out, designs), stage)
         said(f"{len(ranked)} candidates compared after {designs} designs; {_words(going, out, designs)}")
-    for each in going[BEST:]:
-        lost[each.name] = (_behind(each, going[:BEST], out, plan.stages[-1]), len(plan.stages))
-    going = going[:BEST]
+    if target.minimize:
+        going = _by_wishes(target, going, out, plan.stages[-1])
+    chosen = going[: MOST_BY_WISHES if target.minimize else BEST]
+    for each in going[len(chosen) :]:
+        lost[each.name] = (_behind(each, chosen, out, plan.stages[-1]), len(plan.stages))
+    going = chosen
     wanted = {_final(each): _member(_final(each), each.posed, plan.designs, FINER) for each in going}
     ended = _run(wanted, out, runner, workers, clock.until(len(plan.stages)), drawn=True)
     proposals = [_proposal(each, out, plan, ended) for each in going]
     proposals.sort(key=lambda each: (not each.final, each.entry.objective if each.entry else math.inf))
+    if target.minimize:
+        proposals = _judged(target, proposals)
     rest = sorted((each for each in drawn if each.name in lost), key=lambda each: -lost[each.name][1])
     return proposals + [_loser(each, out, plan.stages[-1], lost[each.name][0]) for each in rest]
+
+
+def _by_wishes(target: Target, going: Sequence[Candidate], out: Path, designs: int) -> list[Candidate]:
+    """Candidates, first those that do their tasks and that none of these beats in all wishes, then as they were."""
+    doing = [each for each in going if _does(out / each.name, each.posed)] or list(going)
+    if len(doing) < 2:
+        return list(going)
+    found = [_amounts(target, each.posed, out / each.name, _standing(out / each.name, designs)) for each in doing]
+    unbeaten, _ = best_of(target.minimize, found)
+    first = [each for each, kept in zip(doing, unbeaten, strict=True) if kept]
+    return first + [each for each in going if each not in first]
+
+
+def _judged(target: Target, proposals: Sequence[Proposal]) -> list[Proposal]:
+    """Proposals with their amounts, those that do their tasks and are beaten by none first, by their mean places."""
+    standing = [each for each in proposals if each.run is not None and each.entry is not None]
+    does = [each.run is not None and _does(each.run, each.candidate.posed) for each in standing]
+    compared = [each for each, done in zip(standing, does, strict=True) if done] or standing
+    if not compared:
+        return list(proposals)
+    found = [_amounts(target, each.candidate.posed, each.run, each.entry) for each in compared]
+    unbeaten, wins = best_of(target.minimize, found)
+    values = np.array([[minimised(wish, each[wish]) for wish in target.minimize] for each in found])
+    places = (values[None] < values[:, None]).sum(axis=1).mean(axis=1)
+    judged = [
+        replace(each, amounts=own, wins=tuple(won), unbeaten=bool(front))
+        for each, own, won, front in zip(compared, found, wins, unbeaten, strict=True)
+    ]
+    order = sorted(range(len(judged)), key=lambda k: (not judged[k].final, not judged[k].unbeaten, places[k]))
+    return [judged[k] for k in order] + [each for each in proposals if each not in compared]
+
+
+def _does(directory: Path, problem: Problem) -> bool:
+    """Whether the last design of a run reaches the targets of its tasks, nearly at least; true without any."""
+    return Reached.NO not in targets_reached(problem, open_run(directory).history()).values()
+
+
+def _amounts(target: Target, problem: Problem, run: Path | None, entry: HistoryEntry | None) -> dict[str, float]:
+    assert run is not None and entry is not None, "only designs are compared"
+    body = open_run(run).load_design(entry.iteration).body(problem)
+    return {wish: amount(wish, problem, body, entry) for wish in target.minimize}
 
 
 def _proposal(candidate: Candidate, out: Path, plan: Plan, ended: Mapping[str, str]) -> Proposal:

@@ -14,7 +14,7 @@ The tables end_effector, gravity, task and limits are those of a problem file. A
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, Strict, ValidationError, field_validator, model_validator
@@ -29,6 +29,9 @@ from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
 
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
 GaugePressure = Annotated[float, Quantity(units.PRESSURE)]
+
+Wished = Literal["mass", "air", "pressure", "stretch", "-force"]
+"""What is to be small; with a minus, large."""
 
 MOST_RUBBERS = 10
 
@@ -161,6 +164,15 @@ class Target(Table):
     """What the robot is to do, each a table [[task]]."""
     limits: Limits = Limits()
     """Limits that every design satisfies; the envelope is by default the space."""
+    minimize: Annotated[tuple[Wished, ...], Field(max_length=5)] = ()
+    """What bodies that do their tasks are compared by: "mass", "air", "pressure", "stretch", "-force" (the most)."""
+
+    @field_validator("minimize")
+    @classmethod
+    def _each_once(cls, wishes: tuple[str, ...]) -> tuple[str, ...]:
+        if len(set(wishes)) < len(wishes):
+            raise ValueError("names the same twice; name each once")
+        return wishes
 
     @field_validator("material", mode="before")
     @classmethod

@@ -1,0 +1,82 @@
+"""Proposals compared by several wishes."""
+
+import csv
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from records import entry, task_result
+from searches import FEW, TARGET, Runner
+from tiny import tiny
+
+from pneumorph.errors import ProblemError
+from pneumorph.geometry.starting import body_of
+from pneumorph.problem import loads
+from pneumorph.proposals import Target, load_target, propose
+from pneumorph.proposals.results import draw_front, words_of_wishes, write_table
+from pneumorph.proposals.search import Proposal
+from pneumorph.proposals.wishes import amount, best_of
+
+
+def test_what_no_other_beats_is_found_and_which_wish_it_wins():
+    found = [
+        {"mass": 10.0, "-force": 1.0},
+        {"mass": 20.0, "-force": 3.0},
+        {"mass": 21.0, "-force": 3.0},
+        {"mass": 15.0, "-force": 2.0},
+        {"mass": 12.0, "-force": np.nan},
+    ]
+    unbeaten, wins = best_of(("mass", "-force"), found)
+    assert unbeaten.tolist() == [True, True, False, True, False]
+    assert wins == [["mass"], ["-force"], ["-force"], [], []]
+
+
+def test_amounts_are_of_the_body_and_of_the_worst_task():
+    problem = loads(tiny())
+    results = {
+        "extend": task_result(pressures={"A": 0.03}, volumes={"A": 900.0}, max_stretch=1.2),
+        "again": task_result(pressures={"A": -0.05}, volumes={"A": 1200.0}, max_stretch=1.1),
+    }
+    design = problem, body_of(problem), entry(1, tasks=results)
+    assert amount("pressure", *design) == pytest.approx(50.0)
+    assert amount("air", *design) == pytest.approx(1.2)
+    assert amount("stretch", *design) == pytest.approx(1.2)
+    # A tube of 24 mm with a chamber of 18 mm, polygons are a little smaller than circles.
+    grams = 1e6 * problem.material.density * np.pi * (64.0 * 24.0 - 16.0 * 18.0)
+    assert 0.97 * grams < amount("mass", *design) < 1.001 * grams
+
+
+def test_a_target_names_its_wishes_once(tmp_path):
+    path = tmp_path / "target.toml"
+    path.write_text(
+        'material = { name = "Hei-Cast 8400" }\nspace = { length = "20 mm", radius = "9 mm" }\n'
+        'pressure = { max = "60 kPa" }\nminimize = ["mass", "mass"]\n'
+        '[[task]]\nname = "bend"\nobjective = { motion = "bending_y" }\n'
+    )
+    with pytest.raises(ProblemError, match=r"minimize: .*twice"):
+        load_target(path)
+    path.write_text(path.read_text().replace('"mass", "mass"', '"mass", "weight"'))
+    with pytest.raises(ProblemError, match="minimize"):
+        load_target(path)
+
+
+def test_words_say_what_a_proposal_wins():
+    candidate = SimpleNamespace(name="one")
+    won = Proposal(candidate, None, None, True, "", {"mass": 12.34, "-force": 1.5}, ("-force",), True)
+    assert words_of_wishes(won) == "mass (g) 12.3, blocked force (N) 1.5; best in force"
+    assert "another one" in words_of_wishes(Proposal(candidate, None, None, True, "", {"mass": 1.0}))
+
+
+@pytest.mark.slow
+def test_a_search_with_two_wishes_ranks_what_none_beats_first(tmp_path):
+    target = Target.model_validate(TARGET.model_dump(mode="json") | {"minimize": ["mass", "pressure", "-force"]})
+    found = propose(target, tmp_path, FEW, Runner(tmp_path), 1)
+    compared = [each for each in found if each.amounts]
+    assert len(compared) >= 2 and compared[0].unbeaten
+    fronts = [each.unbeaten for each in compared]
+    assert fronts == sorted(fronts, reverse=True)
+    won = {wish for each in compared for wish in each.wins}
+    assert {"mass", "pressure"} <= won
+    assert draw_front("two wishes", compared, tmp_path).exists()
+    rows = list(csv.DictReader(write_table(found, tmp_path).open()))
+    assert float(rows[0]["mass (g)"]) > 0.0

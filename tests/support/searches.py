@@ -1,0 +1,29 @@
+"""A search on bodies so small that each design takes a second."""
+
+from pneumorph.proposals import Plan, Target
+from pneumorph.study.members import run_member
+
+TARGET = Target.model_validate(
+    {
+        "material": {"name": "Hei-Cast 8400"},
+        "space": {"length": "20 mm", "radius": "9 mm"},
+        "pressure": {"max": "60 kPa"},
+        "task": [{"name": "bend", "objective": {"motion": "bending_y"}}],
+        "limits": {"wall": "1.5 mm"},
+    }
+)
+
+
+FEW = Plan(candidates=4, seed=1, minutes=60.0, stages=(1, 2), designs=2)
+
+
+class Runner:
+    """Runs members one by one in this process, and remembers their names."""
+
+    def __init__(self, out):
+        self.out, self.names = out, []
+
+    def __call__(self, members, drawn):
+        for name, member in members.items():
+            self.names.append(name)
+            yield run_member(name, member.problem, str(self.out / name), lambda *_: None, drawn=False)
