@@ -1,5 +1,7 @@
 """A measured arm, predicted before its curve was seen: python benchmarks/arm.py [--size 6] [--modulus 92.2] …
 
+    python benchmarks/arm.py --freeze FOLDER      # write its body and problem file, arm.step and arm.toml
+
 The one-segment arm of Dragon Skin 10 of M. Dubied and others 2022 (arXiv 2201.12560): 100 mm long, an outer radius of
 22.2 mm, four chambers around a square hole, hanging from its base. One chamber is inflated. The modulus is that of the
 beam of the same rubber under its own weight (`pneumorph validate beam`), and nothing is fitted to the arm.
@@ -20,7 +22,10 @@ LENGTH, RADIUS, OUTER, HOLE, INNER, SEPTUM, END = 100.0, 22.2, 2.03, 15.0, 2.27,
 PRESSURES = (10, 15, 20, 25, 30, 35, 40, 45)
 """kPa at which its motion is asked for."""
 
-TEXT = """
+TEXT = """\
+# The one-segment arm of M. Dubied and others (2022, arXiv 2201.12560), hanging from its base: z is down.
+title = "One-segment arm"
+
 [material]
 name = "Dragon Skin 10 of the beam"
 model = "ogden"
@@ -28,6 +33,9 @@ terms = [{{ modulus = "{modulus:.9g} kPa", exponent = {exponent} }}]
 bulk_modulus = "{bulk:.9g} kPa"
 density = "1.07 g/cm^3"
 valid_stretch = 3.0
+scatter = 0.03  # one standard deviation of the moduli
+source = "the beam of the same rubber under its own weight alone, with the exponent of the first pull"
+
 [body]
 file = "arm.step"
 symmetry = {{ mirror = ["xz"] }}
@@ -44,7 +52,7 @@ inside = ["-15 mm", "0 mm", "50 mm"]
 name = "D"
 inside = ["0 mm", "-15 mm", "50 mm"]
 [mesh]
-size = "{size} mm"
+size = "{size:g} mm"
 [end_effector]
 kind = "{tip}"
 [gravity]
@@ -102,7 +110,11 @@ def main() -> None:
     parser.add_argument("--pressures", default="0:45:5 kPa")
     parser.add_argument("--tip", choices=["plate", "free"], default="plate")
     parser.add_argument("--mesh", action="store_true", help="the error of the mesh at 10, 25 and 45 kPa")
+    parser.add_argument("--freeze", type=Path, metavar="FOLDER", help="write the body and the problem file")
     given = parser.parse_args()
+    if given.freeze:
+        problem(given.freeze, given)
+        return
     with tempfile.TemporaryDirectory() as name:
         if given.mesh:
             for kPa in (10, 25, 45):

@@ -7,9 +7,9 @@ from scipy.interpolate import CubicSpline
 from pneumorph.output.compared import compared_figure, csv_lines, grouped, markdown
 from pneumorph.problem import load
 from pneumorph.problem.scaled import scaled
-from pneumorph.validation import Comparison
+from pneumorph.validation import Comparison, disc
 from pneumorph.validation.beam import measured
-from pneumorph.validation.disc import lifted
+from pneumorph.validation.disc import Lift, lifted
 from pneumorph.validation.tables import PUBLISHED, problem_of, table_of
 
 
@@ -53,12 +53,38 @@ def test_the_beam_hangs_down_further_with_more_load():
 def test_a_frozen_problem_has_a_rubber_with_its_source(path):
     problem = load(path)
     assert problem.material.source and problem.material.scatter
-    assert path.stem.split("_")[0] in ("beam", "disc")
+    assert path.stem.split("_")[0] in ("arm", "beam", "disc", "ringed")
 
 
 def test_every_load_of_the_disc_was_measured():
     loads = {-task.force[2] for task in problem_of("disc", "first_pull", 12.0).task}
     assert loads == set(np.unique(table_of("disc")["force_N"]))
+
+
+def test_blind_predictions_of_ringed_discs_have_bars_of_all_their_parts():
+    table = table_of("ringed_predicted")
+    loads = {-task.force[2] for task in problem_of("disc", "tension_tests", 12.0).task}
+    assert {*zip(table["disc"], table["force_N"], table["height_mm"], strict=True)} == {
+        (disc, load, height) for disc in range(1, 7) for load in loads for height in (10.0, 20.0, 30.0, 40.0)
+    }
+    parts = np.stack([table[f"{part}_kPa"] for part in ("rubber", "thickness", "load", "mesh")])
+    np.testing.assert_allclose(np.linalg.norm(parts, axis=0), table["deviation_kPa"], atol=2e-4)
+    pressure, twice = table["pressure_kPa"], 2 * table["deviation_kPa"]
+    np.testing.assert_allclose(pressure - np.hypot(twice, table["soft_fabric_kPa"]), table["low_kPa"], atol=3e-4)
+    np.testing.assert_allclose(pressure + np.hypot(twice, table["stiff_fabric_kPa"]), table["high_kPa"], atol=3e-4)
+
+
+def test_the_mesh_s_part_is_what_elements_of_half_the_size_change(monkeypatch):
+    heights = np.array([0.0, 100.0])
+
+    def pressed(problem, task, volumes, until):
+        return Lift(heights, np.full(2, 3e-3 + 1e-5 * problem.mesh.size), np.full(2, 2e-3), "")
+
+    monkeypatch.setattr(disc, "lifted", pressed)
+    first = next(disc.discs())
+    assert len(first.at) == 6
+    assert first.predicted == pytest.approx(3.0 + 0.01 * disc.SIZE / 2)
+    assert first.error == pytest.approx(np.hypot(2.0 * np.hypot(0.1, disc.THICKNESS), 0.01 * disc.SIZE / 2))
 
 
 @pytest.mark.slow
