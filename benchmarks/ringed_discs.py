@@ -43,8 +43,9 @@ SOFT, FABRIC, STIFF = 1.0, 3.0, 30.0
 """Young's modulus of the fabric times its thickness, N/mm: a shear modulus of 1 MPa at 0.3 mm and at 1 mm of thickness,
 and ten times that."""
 
-STIFFEST = {4: 12.0}
-"""The stiffest fabric, N/mm, of discs with which no path is found at `STIFF`."""
+STIFFER = (1.1635, 1.1981, 1.2005, 1.2083)
+"""What the stiff fabric makes of the pressures of the first disc at `HEIGHTS`; taken for discs of which no path with it
+is found."""
 
 RUBBER, THICKNESS, WEIGHED = 0.1, 0.1, 0.01
 """Standard deviations: of the moduli, relative; of the thickness, mm; of the loads, relative."""
@@ -108,7 +109,7 @@ class Curve:
 
 
 def curve(number: int, task: int, size: float, fabric: float) -> Curve:
-    """The curve of a disc under one of its loads.
+    """The curve of a disc under one of its loads; with the stiff fabric nan where no path is found.
 
     Parameters
     ----------
@@ -123,6 +124,8 @@ def curve(number: int, task: int, size: float, fabric: float) -> Curve:
     # With little air under a load, the first state is not always found; the next one then begins the path.
     paths = (lifted(problem, problem.task[task], VOLUMES[first:], UNTIL) for first in range(2))
     lift = next((each for each in paths if len(each.heights) > 3 and each.heights[-1] >= HEIGHTS[-1]), None)
+    if lift is None and fabric == STIFF:
+        return Curve(np.full(len(HEIGHTS), np.nan), np.full(len(HEIGHTS), np.nan))
     if lift is None:
         raise SystemExit(f"disc {number}, load {task}, elements of {size:g} mm, fabric of {fabric:g} N/mm: no path")
     at = [CubicSpline(lift.heights, 1e3 * each)(HEIGHTS) for each in (lift.pressures, lift.by_moduli)]
@@ -142,15 +145,15 @@ def rows(number: int) -> Iterator[list[float]]:
     loads = [-(task.force or (0.0, 0.0, 0.0))[2] for task in problem_of("ringed", str(number), COARSE).task]
     coarse = [curve(number, task, COARSE, FABRIC) for task in range(len(loads))]
     middle = coarse[MIDDLE].pressures
-    stiffest = STIFFEST.get(number, STIFF)
     finer, softer, stiffer = (
         curve(number, MIDDLE, size, fabric).pressures / middle
-        for size, fabric in ((FINE, FABRIC), (COARSE, SOFT), (COARSE, stiffest))
+        for size, fabric in ((FINE, FABRIC), (COARSE, SOFT), (COARSE, STIFF))
     )
+    stiffer = np.where(np.isfinite(stiffer), stiffer, STIFFER)
     for load, each in zip(loads, coarse, strict=True):
         pressures, by_moduli = each.pressures * finer, each.by_moduli * finer
         soft, stiff = pressures * (softer - 1.0), pressures * (stiffer - 1.0)
-        logs = np.log([SOFT, FABRIC, stiffest])
+        logs = np.log([SOFT, FABRIC, STIFF])
         of_rubber = by_moduli - np.gradient(np.stack([soft, np.zeros_like(soft), stiff]), logs, axis=0)[1]
         parts = np.stack(
             [
