@@ -45,7 +45,7 @@ and ten times that."""
 
 STIFFER = (1.1635, 1.1981, 1.2005, 1.2083)
 """What the stiff fabric makes of the pressures of the first disc at `HEIGHTS`; taken for discs of which no path with it
-is found."""
+is found. In the table that was committed, discs 3 to 6 have it: the search for disc 4 ended, others were stopped."""
 
 RUBBER, THICKNESS, WEIGHED = 0.1, 0.1, 0.01
 """Standard deviations: of the moduli, relative; of the thickness, mm; of the loads, relative."""
