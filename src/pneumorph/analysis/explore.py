@@ -38,7 +38,7 @@ from pneumorph.mechanics import (
 )
 from pneumorph.mesh import TetMesh
 from pneumorph.problem import Problem
-from pneumorph.problem.acting import acting
+from pneumorph.problem.acting import Acting, acting
 from pneumorph.results import Fields, SweepStep, TaskResult, nodal_stretch
 from pneumorph.symmetry.part import Part, turns_of
 
@@ -90,6 +90,9 @@ class Explorer:
         the beginning.
     results : {task: TaskResult}, optional
         The results that belong to `stored`.
+    unlike : Acting, optional
+        Where other loads than those of the first task will act: loads as large as these, and like none of them, by
+        which it is chosen what is solved, and which states count as near.
 
     Examples
     --------
@@ -106,14 +109,24 @@ class Explorer:
         body: Body,
         stored: Fields | None = None,
         results: Mapping[str, TaskResult] | None = None,
+        unlike: Acting | None = None,
     ) -> None:
         refuse_friction(problem)
         if enclosed_of(problem, problem.task[0].volumes) is not None:
             raise ProblemError("explore: pressures of sealed and filled chambers follow; use simulate --volume")
         self.problem, self.body = problem, body
         self._stored, self._results = stored, results or {}
-        self._under = acting(problem, problem.task[0])
+        self._under, self._unlike = acting(problem, problem.task[0]), unlike
         self._meshes: dict[Part, _Meshed] = {}
+
+    @property
+    def under(self) -> Acting:
+        """The loads of the first task."""
+        return self._under
+
+    def with_loads_like(self, unlike: Acting) -> Explorer:
+        """One of the same body that finds states under other loads too; see the parameter `unlike`."""
+        return Explorer(self.problem, self.body, self._stored, self._results, unlike)
 
     def at(self, pressures: Mapping[str, float], stop: Callable[[], bool] = lambda: False) -> Explored:
         """The equilibrium at some pressures.
@@ -144,7 +157,7 @@ class Explorer:
         return Explored(step, Fields(meshed.mesh, {task: answer.u}, {task: nodal_stretch(meshed.mesh, answer.u)}))
 
     def solved(
-        self, pressures: Mapping[str, float], like: Mapping[str, float], near: bool = False
+        self, pressures: Mapping[str, float], like: Mapping[str, float], near: bool = False, under: Acting | None = None
     ) -> tuple[Configuration, Equilibrium | NoEquilibrium, Tangent]:
         """The equilibrium at pressures, and the tangent that was factorised near it.
 
@@ -155,6 +168,8 @@ class Explorer:
             Pressures by which it is chosen what is solved: all of the body for those that are not symmetric.
         near : bool
             Whether it is given up soon where it is not found from the nearest known states.
+        under : Acting, optional
+            Weight and loads of the plate in place of those of the first task.
 
         Raises
         ------
@@ -162,8 +177,8 @@ class Explorer:
             If the body cannot be meshed.
         """
         meshed = self._meshed(dict(like))
-        at = self._at(meshed, pressures)
-        answer = meshed.search(at, None if near else self._strides(meshed, pressures), lambda: False)
+        at = self._at(meshed, pressures, under)
+        answer = meshed.search(at, None if near else self._strides(meshed, pressures, under), lambda: False)
         return (settled(at, answer) if isinstance(answer, Equilibrium) else at), answer, meshed.tangent
 
     def whole(self, like: Mapping[str, float]) -> Whole | None:
@@ -199,23 +214,25 @@ class Explorer:
         """The pressures (MPa) of the tasks with stored results, at which equilibria are known from the beginning."""
         return [dict(result.pressures) for result in self._results.values()]
 
-    def _at(self, meshed: _Meshed, pressures: Mapping[str, float]) -> Configuration:
+    def _at(self, meshed: _Meshed, pressures: Mapping[str, float], under: Acting | None = None) -> Configuration:
         # Where obstacles are is a matter of the task; the first one's results are in its name.
-        first, under = self.problem.task[0], self._under
+        first, under = self.problem.task[0], under or self._under
         loads = loads_of(self.problem, meshed.model, dict(pressures), first.poses, under=under)
         return configure(meshed.model, meshed.mesh.points, loads, guided_of(self.problem, under))
 
-    def _strides(self, meshed: _Meshed, pressures: Mapping[str, float]) -> list[Configuration]:
+    def _strides(
+        self, meshed: _Meshed, pressures: Mapping[str, float], under: Acting | None = None
+    ) -> list[Configuration]:
         """The way from no pressure to these, without its end."""
         parts = [number / STRIDE for number in range(STRIDE)] if any(pressures.values()) else []
-        return [self._at(meshed, {name: part * value for name, value in pressures.items()}) for part in parts]
+        return [self._at(meshed, {name: part * value for name, value in pressures.items()}, under) for part in parts]
 
     def _meshed(self, pressures: dict[str, float]) -> _Meshed:
         """The mesh for these pressures, made once for the part of the body that they ask for."""
-        if self._stored is None:
-            part = part_of(self.problem, [pressures])
-        else:
-            planes, turns = mirrors_of(self.problem, [pressures]), turns_of(part_of(self.problem, [pressures]))
+        under = None if self._unlike is None else [self._unlike]
+        part = part_of(self.problem, [pressures], under)
+        if self._stored is not None:
+            planes, turns = mirrors_of(self.problem, [pressures], under), turns_of(part)
             part = tuple(
                 cut
                 for cut in self._stored.mesh.part
@@ -227,7 +244,8 @@ class Explorer:
             model = model_of(self.problem, mesh)
             whole = whole_of(model, mesh) if model.part else None
             known = [] if stored is None else self._known(model, stored)
-            self._meshes[part] = _Meshed(mesh, model, _Stoppable(model), Skin(mesh), whole, known)
+            size = None if self._unlike is None else loads_of(self.problem, model, pressures, under=self._unlike)
+            self._meshes[part] = _Meshed(mesh, model, _Stoppable(model), Skin(mesh), whole, known, size)
         return self._meshes[part]
 
     def _known(self, model: Model, stored: Fields) -> list[tuple[Configuration, State]]:
@@ -267,7 +285,8 @@ class _Stoppable(Tangent):
 
 @dataclass(frozen=True, eq=False)
 class _Meshed:
-    """A meshed body with the loads and states that are known of it."""
+    """A meshed body with the loads and states that are known of it, and loads that count as equally large, if others
+    than pressures vary."""
 
     mesh: TetMesh
     model: Model
@@ -275,6 +294,7 @@ class _Meshed:
     skin: Skin
     whole: Whole | None
     known: list[tuple[Configuration, State]]
+    size: Loads | None
 
     def search(
         self, at: Configuration, way: Sequence[Configuration] | None, stop: Callable[[], bool]
@@ -308,11 +328,18 @@ class _Meshed:
         """The nearest known state last; before it, for a secant, the next nearest that is not too close to it."""
         if not self.known:
             return []
-        last = min(self.known, key=lambda each: _distance(each[0].loads, loads))
-        least = 0.5 * _distance(last[0].loads, loads)
-        others = [each for each in self.known if each is not last and _distance(each[0].loads, last[0].loads) >= least]
-        return [*sorted(others, key=lambda each: _distance(each[0].loads, loads))[:1], last]
+        last = min(self.known, key=lambda each: self._distance(each[0].loads, loads))
+        least = 0.5 * self._distance(last[0].loads, loads)
+        others = [
+            each for each in self.known if each is not last and self._distance(each[0].loads, last[0].loads) >= least
+        ]
+        return [*sorted(others, key=lambda each: self._distance(each[0].loads, loads))[:1], last]
 
-
-def _distance(one: Loads, other: Loads) -> float:
-    return float(np.linalg.norm(one.pressure - other.pressure))
+    def _distance(self, one: Loads, other: Loads) -> float:
+        if self.size is None:
+            return float(np.linalg.norm(one.pressure - other.pressure))
+        parts = []
+        for name in ("pressure", "wrench", "acceleration"):
+            size = float(np.abs(getattr(self.size, name)).max(initial=0.0))
+            parts.append((getattr(one, name) - getattr(other, name)) / (size or 1.0))
+        return float(np.linalg.norm(np.concatenate(parts)))

@@ -334,6 +334,12 @@ def model(
     check: Annotated[
         Path | None, typer.Option(help="Compare this model with the design at random pressures, in place of a new one.")
     ] = None,
+    force: Annotated[
+        str | None,
+        typer.Option(metavar="0.5N", help="Forces on the tip are inputs too, with components up to this size."),
+    ] = None,
+    gravity: Annotated[bool, typer.Option("--gravity", help="The direction of gravity is an input too.")] = False,
+    workers: Annotated[int, typer.Option(min=1, help="Processes that solve states.")] = 1,
     task: Annotated[str | None, typer.Option(help="Whose loads act; by default the first.")] = None,
     design: DesignNumber = None,
     trust: Trusted = False,
@@ -341,7 +347,10 @@ def model(
     """Build a model of a design that gives poses and pressures in microseconds; status 3 if it is not good enough."""
     from pneumorph.cli.model import model
 
-    if status := model(source, out, bounds or [], tolerance, sections, most, check, task, design, trust):
+    status = model(
+        source, out, bounds or [], tolerance, sections, most, check, task, design, trust, force, gravity, workers
+    )
+    if status:
         raise typer.Exit(status)
 
 

@@ -31,6 +31,9 @@ def model(
     task: str | None,
     number: int | None,
     trust: bool,
+    force: str | None = None,
+    gravity: bool = False,
+    workers: int = 1,
 ) -> int:
     """Build a model, or check one; the exit status is 3 where it is not as good as asked for.
 
@@ -53,6 +56,10 @@ def model(
         Of a run's design, by default the last.
     trust : bool
         Whether code in the problem file is trusted.
+    force, gravity : str or None, bool
+        Loads that vary too: the largest component of the force on the tip, and the direction of gravity.
+    workers : int
+        Processes that solve states.
 
     Raises
     ------
@@ -70,7 +77,7 @@ def model(
     path = out or (source / "model.npz" if source.is_dir() else source.with_suffix(".npz"))
     with writing(f"--out {path}"):
         path.parent.mkdir(parents=True, exist_ok=True)
-    found = build_model(design.explorer(task), path, given, largest, sections, most, print)
+    found = build_model(design.explorer(task), path, given, largest, sections, most, print, force, gravity, workers)
     print(found)
     print(f"written to {path}")
     return 0 if found.good else MISSED

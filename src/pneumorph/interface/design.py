@@ -447,6 +447,9 @@ class Design:
         tolerance: float = 0.005,
         sections: int = 0,
         most: int = MOST_STATES,
+        force: Any = None,
+        gravity: bool = False,
+        workers: int = 1,
     ) -> FastModel:
         """Build a model of the design that gives poses and pressures in microseconds, and write it to a file.
 
@@ -466,6 +469,12 @@ class Design:
             Number of sections along the body whose poses it gives too.
         most : int
             Most states that are solved.
+        force : quantity
+            Where forces on the tip vary too: the largest of a component, "0.5 N".
+        gravity : bool
+            Whether the direction of gravity varies too.
+        workers : int
+            Processes that solve states.
 
         Raises
         ------
@@ -483,7 +492,10 @@ class Design:
         """
         from pneumorph.interface.fast_model import build_model
 
-        return build_model(self.explorer(task), Path(path), bounds or {}, tolerance, sections, most)
+        return build_model(
+            self.explorer(task), Path(path), bounds or {}, tolerance, sections, most,
+            force=force, gravity=gravity, workers=workers,
+        )  # fmt: skip
 
     def export_chain(self, path: str | Path, bounds: Mapping[str, Any] | None = None, task: str | None = None) -> Chain:
         """Write a chain of rigid links with springs, driven by pressures, for MuJoCo (MJCF).

@@ -13,11 +13,15 @@ import pneumorph
 from pneumorph.analysis import Explorer
 from pneumorph.errors import ProblemError
 from pneumorph.interface.reach import bounds_of
+from pneumorph.study.cluster import connected
+from pneumorph.study.states import StatesOnWorkers
 from pneumorph.surrogate.build import Built, build, groups_of
 from pneumorph.surrogate.file import fingerprint, write
 from pneumorph.surrogate.modes import faces_of
+from pneumorph.surrogate.inputs import FORCES, GRAVITIES
 from pneumorph.surrogate.reader import Model, ModelError
-from pneumorph.surrogate.states import Sample, States
+from pneumorph.surrogate.states import Bounds, Sample, States
+from pneumorph.units import FORCE, parse
 
 LOOSEST, FINEST = 0.2, 1e-4
 """Tolerances that make sense."""
@@ -76,9 +80,14 @@ class FastModel:
     def _of_domain(self) -> list[str]:
         if not self.built.missing:
             return ["every state within the bounds that was sought is stable"]
+        count, reasons = len(self.model.chambers), list(dict.fromkeys(each.reason for each in self.built.missing))
+        named = ", ".join(self.model.chambers)
+        if self.model.loads:
+            lowest = np.abs(self.model.corners[:, :count]).min(axis=0)
+            least = ", ".join(f"{1e3 * part:.4g}" for part in lowest)
+            return [f"stable up to {named} = ({least}) kPa under all loads, and beyond under some; else: {reasons[0]}"]
         corners = ["(" + ", ".join(f"{1e3 * part:.4g}" for part in corner) + ")" for corner in self.model.corners]
-        reasons = list(dict.fromkeys(each.reason for each in self.built.missing))
-        return [f"stable up to {', '.join(self.model.chambers)} = {' or '.join(corners)} kPa; beyond: {reasons[0]}"]
+        return [f"stable up to {named} = {' or '.join(corners)} kPa; beyond: {reasons[0]}"]
 
 
 @dataclass(frozen=True)
@@ -123,6 +132,9 @@ def build_model(
     sections: int,
     most: int,
     said: Callable[[str], None] = lambda text: None,
+    force: Any = None,
+    gravity: bool = False,
+    workers: int = 1,
 ) -> FastModel:
     """Build a fast model and write it; the parameters are those of `Design.model`.
 
@@ -135,6 +147,9 @@ def build_model(
     sections : their number.
     most : most states.
     said : told how far it is.
+    force : largest component of forces on the tip, "0.5 N"; None where they do not vary.
+    gravity : whether its direction varies.
+    workers : processes that solve states.
 
     Raises
     ------
@@ -152,8 +167,15 @@ def build_model(
         )
     if path.suffix != ".npz":
         raise ProblemError(f"{path}: is no name of a model; let it end in .npz")
-    states = States(explorer, given, sections, looked=True)
-    built = build(states, groups_of(len(given), sections), tolerance, most, said)
+    if workers < 1:
+        raise ProblemError(f"workers: {workers} is less than one; use 1, or the number of cores")
+    states = States(explorer, given, sections, True, loads_that_vary(explorer, force, gravity))
+    groups = groups_of(len(given), sections)
+    if workers > 1:
+        with connected(None, workers) as client:
+            built = build(StatesOnWorkers(client, states), groups, tolerance, most, said)
+    else:
+        built = build(states, groups, tolerance, most, said)
     problem = explorer.problem
     about = {
         "title": problem.title,
@@ -161,8 +183,36 @@ def build_model(
         "body": fingerprint(problem, explorer.body),
         "made_with": pneumorph.__version__,
     }
-    write(path, built, states.names, sections, about, tolerance, faces_of(states.mesh))
+    loads = dict(zip(states.names[len(given) :], states.usual, strict=True))
+    write(path, built, tuple(given), sections, about, tolerance, faces_of(states.mesh), loads)
     return FastModel(path, Model(path), built, tolerance)
+
+
+def loads_that_vary(explorer: Explorer, force: Any, gravity: bool) -> Bounds:
+    """The ranges of the loads that vary, N and parts of gravity.
+
+    Raises
+    ------
+    ProblemError
+        If there is no plate or no gravity, or the force is none or smaller than that of the task.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    if force is not None:
+        try:
+            most = parse(force, FORCE)
+        except ValueError as error:
+            raise ProblemError(f"force: {error}") from None
+        if explorer.problem.end_effector.kind != "plate":
+            raise ProblemError('force: acts on a plate, and the tip is free; set kind = "plate" in [end_effector]')
+        own = max(map(abs, explorer.under.force))
+        if not most > 0.0 or own > most:
+            raise ProblemError(f"force: {force} is not above {own:g} N, the largest component of the task's force")
+        found |= dict.fromkeys(FORCES, (-most, most))
+    if gravity:
+        if explorer.under.gravity is None:
+            raise ProblemError("gravity: the body has no weight; add the table [gravity] to the problem")
+        found |= dict.fromkeys(GRAVITIES, (-1.0, 1.0))
+    return found
 
 
 def read_model(path: Path) -> Model:
@@ -187,7 +237,9 @@ def check_model(explorer: Explorer, path: Path, count: int) -> ModelCheck:
             f"{path}: is the model of another body, task or mesh ({model.header['title']}, task "
             f"{model.header['task']}); write that of this one with pneumorph model"
         )
-    states = States(explorer, dict(zip(model.chambers, map(tuple, model.bounds.tolist()), strict=True)))
+    bounds = list(map(tuple, model.bounds.tolist()))
+    loads = dict(zip(model.loads, bounds[len(model.chambers) :], strict=True))
+    states = States(explorer, dict(zip(model.chambers, bounds, strict=False)), loads=loads)
     off, missing, rng = [], 0, np.random.default_rng()
     while len(off) + missing < count:
         p = rng.uniform(*model.bounds.T)

@@ -75,7 +75,7 @@ def narrowed(model: Model, given: Mapping[str, Any]) -> np.ndarray:
     ProblemError
         If a chamber is unknown, or a bound is no pressure or beyond those of the model.
     """
-    bounds = model.bounds.copy()
+    bounds = model.bounds[: len(model.chambers)].copy()
     for name, text in given.items():
         if name not in model.chambers:
             raise ProblemError(f"{name}: there is no such chamber in the model; it has {', '.join(model.chambers)}")

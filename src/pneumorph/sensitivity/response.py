@@ -1,18 +1,20 @@
 """How what is measured at an equilibrium responds to pressures, and the tip to forces: exact, from one factorisation.
 
 With f_c = ∂V_c/∂x a pressure moves the state by K⁻¹f_c, and a force that does the work δy on a measured y by K⁻¹s with
-s = ∂y/∂x. So the derivatives by pressures are sᵀK⁻¹f, and the compliance of the tip is sᵀK⁻¹s, which is symmetric.
+s = ∂y/∂x. So the derivatives by pressures are sᵀK⁻¹f, and the compliance of the tip is sᵀK⁻¹s, which is symmetric. The
+residual is linear in the loads, so that the forces of any other change of them are a difference of two residuals.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics import Configuration, State, Tangent
-from pneumorph.mechanics.solve.balance import supported
+from pneumorph.mechanics import Configuration, Loads, State, Tangent
+from pneumorph.mechanics.solve.balance import evaluate, supported
 from pneumorph.mechanics.solve.border import border_at
 from pneumorph.objective import Objective
 from pneumorph.objective.features import NO_SLABS, Features, Slabs
@@ -34,14 +36,17 @@ class Response:
         Per MPa of each chamber; 0 of those whose pressure is found with the state.
     compliance : (6, 6)
         What the tip's motions change by per N and N·mm of the forces that do work on them.
-    moved : (C, n)
-        What the unknowns change by per MPa of each chamber.
+    moved : (C + m, n)
+        What the unknowns change by per MPa of each chamber, and by these changes.
+    by_change : (k, m)
+        By the changes of loads that were given.
     """
 
     values: np.ndarray
     by_pressure: np.ndarray
     compliance: np.ndarray
     moved: np.ndarray
+    by_change: np.ndarray
 
 
 def measured_of(slabs: Slabs = NO_SLABS, shift: np.ndarray | None = None) -> Objective:
@@ -66,13 +71,18 @@ def measured_of(slabs: Slabs = NO_SLABS, shift: np.ndarray | None = None) -> Obj
     return Objective(measured.value, slabs, {}, measured.residuals, shift)
 
 
-def response(at: Configuration, tangent: Tangent, state: State, measured: Objective) -> Response:
+def response(
+    at: Configuration, tangent: Tangent, state: State, measured: Objective, changes: Sequence[Loads] = ()
+) -> Response:
     """The response at an equilibrium; of a part of a body, to forces that have its symmetry.
 
     Parameters
     ----------
     at, tangent, state : the equilibrium, with the pressures that were found.
     measured : by `measured_of`.
+    changes : other loads
+        Whose differences from those of the equilibrium are changes by which there are derivatives too; they may differ
+        in pressures, weight and what acts on the plate.
     """
     model, chambers = at.model, len(at.model.chambers)
     values, _, seeds = measured.jacobian(model, at.X, state)
@@ -80,10 +90,16 @@ def response(at: Configuration, tangent: Tangent, state: State, measured: Object
     order = np.arange(len(rows))
     order[6 : 6 + chambers] = 6 + np.argsort(np.argsort(model.chambers))
     values, rows = values[order], rows[order]
-    moved = tangent.solve_at(at, state, rows[: 6 + chambers].T).T / model.copies
+    pushed = rows[: 6 + chambers] / model.copies
+    if changes:
+        own = evaluate(at, state)[1]
+        more = [supported(at, own - evaluate(replace(at, loads=other), state)[1]) for other in changes]
+        pushed = np.vstack([pushed, more])
+    moved = tangent.solve_at(at, state, pushed.T).T
     if at.enclosed is not None:
         border = border_at(at, tangent, state)
         moved = moved + np.linalg.solve(border.schur, border.push.T @ moved.T).T @ border.along.T
-    by_pressure = np.array([by_known(at, each) for each in rows @ moved[6:].T])
+    by_pressure = np.array([by_known(at, each) for each in rows @ moved[6 : 6 + chambers].T])
     compliance = rows[:6] @ moved[:6].T
-    return Response(values, by_pressure, 0.5 * (compliance + compliance.T), moved[6:])
+    by_change = rows @ moved[6 + chambers :].T
+    return Response(values, by_pressure, 0.5 * (compliance + compliance.T), moved[6:], by_change)

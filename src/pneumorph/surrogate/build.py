@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from pneumorph.interrupts import stop_if_asked
 from pneumorph.surrogate.domain import Domain, whole
 from pneumorph.surrogate.modes import Modes, modes_of
 from pneumorph.surrogate.polynomials import chosen, fitted, values_of
-from pneumorph.surrogate.states import Missing, Sample, States, nearest_first
+from pneumorph.surrogate.states import Missing, Sample, nearest_first
 
 HELD_OUT = 16
 """Random states that are predicted before they are learnt. A new one is predicted worse than all of them with a
@@ -30,6 +31,19 @@ RELATIVE = ("compliance", "stretch")
 
 MOST_CUTS = 12
 """Boxes that are cut where states are missing, before what is left is taken for unknown."""
+
+
+class Sampler(Protocol):
+    """What finds states, one after another or several at a time; see `states.States`."""
+
+    names: tuple[str, ...]
+    bounds: np.ndarray
+    at_once: int
+    solved: int
+    factorisations: int
+    dofs: int
+
+    def all_searched(self, points: Sequence[np.ndarray], base: np.ndarray) -> list[Sample | Missing]: ...
 
 
 @dataclass(frozen=True)
@@ -113,7 +127,7 @@ def groups_of(chambers: int, sections: int) -> list[Group]:
 
 
 def build(
-    states: States,
+    states: Sampler,
     groups: list[Group],
     tolerance: float,
     most: int,
@@ -160,7 +174,7 @@ def build(
 class _Search:
     """What is known of states so far."""
 
-    def __init__(self, states: States) -> None:
+    def __init__(self, states: Sampler) -> None:
         self.states = states
         self.domain = whole(states.bounds)
         self.samples: list[Sample] = []
@@ -178,7 +192,7 @@ class _Search:
             self.add(self.domain.base[None], far)
         while new := [corner for corner in self.domain.corners if not self._is_known(corner)]:
             if len(self.missing) < MOST_CUTS:
-                self.add(np.array(new[:1]), far)
+                self.add(np.array(new[: self.states.at_once]), far)
             else:
                 # What is known for certain are the boxes to all states.
                 every = np.array([each.pressures for each in self.samples])
@@ -194,20 +208,22 @@ class _Search:
         """Sample states at points (n, C); those that are found."""
         found = []
         known = np.array([each.pressures for each in self.samples]).reshape(-1, points.shape[1])
-        for number, point in enumerate(nearest_first(points, known, self.domain.size), 1):
+        ordered = nearest_first(points, known, self.domain.size)
+        for first in range(0, len(ordered), self.states.at_once):
             stop_if_asked()
-            far(f"state {self.states.solved + 1}, {number} of {len(points)} of this set")
-            if not self.domain.holds(point[None])[0]:
-                continue
-            answer = self.states.searched(point, self.domain.base)
-            if isinstance(answer, Sample):
-                found.append(answer)
-                continue
-            self.missing.append(answer)
-            stable = self.domain.base if answer.last is None else answer.last.pressures
-            self.domain = self.domain.cut(stable, answer.pressures)
-            if answer.last is not None:
-                self.samples.append(answer.last)
+            far(f"state {self.states.solved + 1}, {first + 1} of {len(points)} of this set")
+            batch = [
+                point for point in ordered[first : first + self.states.at_once] if self.domain.holds(point[None])[0]
+            ]
+            for answer in self.states.all_searched(batch, self.domain.base):
+                if isinstance(answer, Sample):
+                    found.append(answer)
+                elif self.domain.holds(answer.pressures[None])[0]:
+                    self.missing.append(answer)
+                    stable = self.domain.base if answer.last is None else answer.last.pressures
+                    self.domain = self.domain.cut(stable, answer.pressures)
+                    if answer.last is not None:
+                        self.samples.append(answer.last)
         self.samples += found
         return found
 

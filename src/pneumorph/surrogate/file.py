@@ -18,7 +18,7 @@ from pneumorph.problem.acting import acting
 from pneumorph.problem.components import MOTIONS
 from pneumorph.surrogate.build import Built
 from pneumorph.surrogate.modes import Faces, Modes
-from pneumorph.surrogate.reader import FORMAT, VERSION, ModelError
+from pneumorph.surrogate.reader import FORMAT, ModelError
 from pneumorph.surrogate.states import Sample
 
 FACE = "shape_face "
@@ -55,6 +55,7 @@ def write(
     about: Mapping[str, Any],
     tolerance: float,
     faces: Faces | None = None,
+    loads: Mapping[str, float] | None = None,
 ) -> None:
     """Write a model.
 
@@ -67,13 +68,16 @@ def write(
     about : what else the header says: title, task, body, made_with.
     tolerance : which error was asked for, relative to ranges.
     faces : the surfaces at rest, if it has modes of them.
+    loads : the loads that vary, after the pressures, and their usual values.
     """
     fit = built.fit
     header = {
         "format": FORMAT,
-        "version": VERSION,
+        # Files without loads are read by the readers of version 1 too.
+        "version": 2 if loads else 1,
         **about,
         "chambers": list(chambers),
+        **({"loads": list(loads), "usual": list(loads.values())} if loads else {}),
         "outputs": outputs_of(chambers, sections),
         "errors": built.errors,
         "ranges": built.ranges,

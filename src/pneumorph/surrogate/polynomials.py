@@ -8,7 +8,7 @@ being the highest degree, and at least 1/d².
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
+from math import comb
 
 import numpy as np
 
@@ -21,13 +21,36 @@ PLENTY = 1.3
 HIGHEST = 12
 
 
-def families(variables: int) -> Iterator[np.ndarray]:
-    """Sets of polynomials: the degrees (t, C) of each in the variables, from few to many."""
+def families(variables: int, most: float = np.inf) -> Iterator[np.ndarray]:
+    """Sets of at most so many polynomials: the degrees (t, C) of each in the variables, from few to many."""
     for degree in range(1, HIGHEST + 1):
-        grid = np.array(list(product(range(degree + 1), repeat=variables)))
-        yield grid[grid.sum(axis=1) <= degree]
+        if comb(variables + degree, degree) <= most:
+            yield np.array(list(_below(variables, degree)))
         if variables > 2 and degree > 2:
-            yield grid[np.prod(grid + 1, axis=1) <= degree + 1]
+            cross = np.array(list(_crossed(variables, degree + 1)))
+            if len(cross) > most:
+                return
+            yield cross
+
+
+def _below(variables: int, degree: int) -> Iterator[tuple[int, ...]]:
+    """Degrees whose sum is no larger."""
+    if variables == 0:
+        yield ()
+        return
+    for first in range(degree + 1):
+        for rest in _below(variables - 1, degree - first):
+            yield (first, *rest)
+
+
+def _crossed(variables: int, size: int) -> Iterator[tuple[int, ...]]:
+    """Degrees for which the product of all of them, each plus one, is no larger."""
+    if variables == 0:
+        yield ()
+        return
+    for first in range(size):
+        for rest in _crossed(variables - 1, size // (first + 1)):
+            yield (first, *rest)
 
 
 def values_of(x: np.ndarray, index: np.ndarray) -> np.ndarray:
@@ -92,10 +115,8 @@ def chosen(x: np.ndarray, values: np.ndarray, slopes: np.ndarray | None) -> np.n
     per_sample = 1 if slopes is None else 1 + variables
     fold = np.random.default_rng(0).permutation(count) % FOLDS
     best, least = next(families(variables)), np.inf
-    for index in families(variables):
-        known = per_sample * int(np.min([np.sum(fold != k) for k in range(FOLDS)]))
-        if len(index) * PLENTY > known:
-            continue
+    known = per_sample * int(np.min([np.sum(fold != k) for k in range(FOLDS)]))
+    for index in families(variables, known / PLENTY):
         worst = 0.0
         for k in range(min(FOLDS, count)):
             own, rest = fold == k, fold != k

@@ -62,16 +62,18 @@ def workspace(model: Model, bounds: np.ndarray, count: int) -> Workspace | None:
     """
     rng, chambers = np.random.default_rng(0), len(model.chambers)
     pressures = bounds[:, 0] + rng.random((count, chambers)) * np.ptp(bounds, axis=1)
-    pressures = pressures[model.all_inside(pressures)]
+    inputs = np.hstack([pressures, np.tile([*model.usual.values()], (count, 1))])
+    held = model.all_inside(inputs)
+    pressures, inputs = pressures[held], inputs[held]
     if not len(pressures):
         return None
-    motions = model.values(pressures)[:, :6]
-    slopes = model.jacobians(pressures)[:, :3]
+    motions = model.values(inputs)[:, :6]
+    slopes = model.jacobians(inputs)[:, :3, :chambers]
     sizes = np.linalg.svd(slopes, compute_uv=False)
     # Of n uniform pressures each stands for this part of the domain.
     part = float(np.prod(np.ptp(bounds, axis=1))) / count
     swept = None if chambers > 3 else part * float(np.prod(sizes, axis=1).sum())
-    soft = model.compliances(pressures)[:, :3, :3]
+    soft = model.compliances(inputs)[:, :3, :3]
     with np.errstate(divide="ignore"):
         stiffness = 1.0 / np.maximum(np.linalg.eigvalsh(soft), 0.0)[:, ::-1]
     evenness = sizes[:, -1] / np.maximum(sizes[:, 0], 1e-300)
