@@ -10,6 +10,8 @@ import pneumorph as pm
 from pneumorph.analysis import Explorer
 from pneumorph.cli import app
 from pneumorph.problem import loads
+from pneumorph.study.cluster import connected
+from pneumorph.study.states import StatesOnWorkers
 from pneumorph.surrogate.inputs import FORCES, GRAVITIES, acting_at
 from pneumorph.surrogate.reader import Model, ModelError
 from pneumorph.surrogate.states import Sample, States
@@ -59,11 +61,11 @@ def test_gravity_that_turns_keeps_its_size(problem):
     assert acting_at(under, dict.fromkeys(GRAVITIES, 0.0)).acceleration == (0.0, 0.0, 0.0)
 
 
-def test_a_model_with_forces_from_workers(tmp_path, problem):
+def test_a_model_with_forces(tmp_path, problem):
     (tmp_path / "one.toml").write_text(
         problem_text(TEXT, chambers=(("A", 1.6, "4 mm", "0 mm"),), body='control_density = "0.3 /mm"')
     )
-    result = run("model", tmp_path / "one.toml", "--force", "0.2 N", "--workers", "2")
+    result = run("model", tmp_path / "one.toml", "--force", "0.2 N")
     assert result.exit_code == 0, result.output
     model = Model(tmp_path / "one.npz")
     assert model.loads == FORCES and model.header["version"] == 2 and model.bounds.shape == (4, 2)
@@ -88,6 +90,18 @@ def test_a_model_with_forces_from_workers(tmp_path, problem):
             model.pose(question)
     assert run("model", tmp_path / "one.toml", "--check", tmp_path / "one.npz").exit_code == 0
     assert run("workspace", tmp_path / "one.npz").exit_code == 0
+
+
+@pytest.mark.slow
+def test_states_from_workers_are_those_of_one_process(tmp_path, problem):
+    states = [States(Explorer(problem, pm.starting_design(problem).body), BOUNDS) for _ in range(2)]
+    points = [np.array([p]) for p in (0.01, 0.03, 0.05)]
+    with connected(None, 2) as client:
+        found = StatesOnWorkers(client, states[0])
+        answers = found.all_searched(points, np.zeros(1))
+    for point, answer in zip(points, answers, strict=True):
+        np.testing.assert_allclose(answer.values, states[1].at(point).values, rtol=1e-5, atol=1e-6)
+    assert found.solved == 3 and found.dofs == states[1].dofs
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ from pneumorph.study.cluster import connected
 from pneumorph.study.states import StatesOnWorkers
 from pneumorph.surrogate.build import Built, build, groups_of
 from pneumorph.surrogate.file import fingerprint, write
-from pneumorph.surrogate.modes import faces_of
 from pneumorph.surrogate.inputs import FORCES, GRAVITIES
+from pneumorph.surrogate.modes import faces_of
 from pneumorph.surrogate.reader import Model, ModelError
 from pneumorph.surrogate.states import Bounds, Sample, States
 from pneumorph.units import FORCE, parse
