@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 from collections.abc import Sequence
 
 import numpy as np
@@ -37,7 +38,8 @@ class StatesOnWorkers:
         self.names, self.bounds = states.names, states.bounds
         self.at_once = ROUND * len(client.scheduler_info()["workers"])
         self._client, self._key = client, os.urandom(8).hex()
-        self._states = client.scatter(states, broadcast=True)
+        # As bytes: what workers have solved with cannot be sent on to others.
+        self._states = client.scatter(pickle.dumps(states), broadcast=True)
         self.solved = self.factorisations = self.dofs = 0
 
     def all_searched(self, points: Sequence[np.ndarray], base: np.ndarray) -> list[Sample | Missing]:
@@ -72,11 +74,11 @@ def _result(future: Future):
             raise ComputationError(f"a worker failed ({type(error).__name__}: {error})".splitlines()[0]) from None
 
 
-def _searched(key: str, states: States, point: np.ndarray, base: np.ndarray) -> tuple[Sample | Missing, int, int, int]:
+def _searched(key: str, states: bytes, point: np.ndarray, base: np.ndarray) -> tuple[Sample | Missing, int, int, int]:
     """A state, and what it cost."""
     if key not in _OWN:
         _OWN.clear()
-        _OWN[key] = states
+        _OWN[key] = pickle.loads(states)
     own = _OWN[key]
     before = own.solved, own.factorisations
     answer = own.searched(point, base)
