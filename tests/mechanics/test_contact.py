@@ -31,7 +31,7 @@ from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Sphere
 from pneumorph.mechanics.contact.triangulated import Triangulated
-from pneumorph.mechanics.solve.balance import INTERPENETRATION
+from pneumorph.mechanics.solve.balance import INTERPENETRATION, free_share
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.sensitivity import taylor_test
 from pneumorph.verify.solids import tube
@@ -466,3 +466,16 @@ def test_a_body_that_is_moved_while_it_touches():
     moved = solve(after, Tangent(model), first.state, since=(before, first.state))
     assert isinstance(moved, Equilibrium), moved.reason
     assert moved.u == pytest.approx(found(after).u, abs=1e-6)
+
+
+def test_a_shortened_step_is_never_nothing():
+    # The shorter way is checked again; rounding must not make it seem too long each time.
+    highest = MESH.points[:, 1].max()
+    model = ring(replace(SHAPES["plane"], point=np.array([0, highest + 2e-4, 0])), own=False)
+    at, rng = loaded(model, 0.0), np.random.default_rng(3)
+    start = np.zeros(model.size)
+    for _ in range(300):
+        u = rng.standard_normal((len(MESH.points), 3)) * 0.1
+        u[:, 1] += rng.uniform(0.01, 1.0)
+        step = model.vector(model.state(start)._replace(u=u))
+        assert 0.0 < free_share(at, start, step) < 1.0

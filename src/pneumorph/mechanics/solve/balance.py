@@ -42,6 +42,9 @@ BEFORE = 0.8
 MOST_SHORTENINGS = 20
 """How often a step is shortened until no surfaces meet on its way."""
 
+SHORTER = 0.95
+"""Part of a way found to be free that is tried next: of all of it, rounding errors may say that it is not."""
+
 
 def scaled(full: Loads, fraction: float) -> Loads:
     """A fraction of the pressures, weights, plate loads, poses of obstacles and held motions; springs stay."""
@@ -268,7 +271,7 @@ def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float
         if free == 1.0:
             return share
         # A plate that turns by less moves its nodes another way: the shorter way is checked too.
-        share *= free
+        share *= SHORTER * free
     return 0.0
 
 

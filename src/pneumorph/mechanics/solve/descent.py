@@ -216,7 +216,7 @@ def _line_search(at: Configuration, here: Place, direction: np.ndarray) -> Place
     # Near the minimum Π changes by less than its rounding error; there the residual decides.
     rounding = 1e-12 * (abs(here.energy) + abs(slope)) + energy_rounding(at)
     step = free_share(at, here.vector, direction)
-    for _ in range(12):
+    for _ in range(12 if step else 0):
         trial = here.vector + step * direction
         value, gradient = evaluate(at, at.model.state(trial))
         if np.isfinite(value) and np.isfinite(gradient).all():
