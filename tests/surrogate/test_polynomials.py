@@ -101,7 +101,7 @@ def test_mistakes_are_one_line(path, tmp_path):
     model = Model(path)
     wrong = [
         (lambda: model.pose({"C": 0.01}), "C: "),
-        (lambda: model.pose([0.01]), "chambers"),
+        (lambda: model.pose([0.01]), "the model has 2: A, B"),
         (lambda: model.pose({"A": 0.07}), "A: 70 kPa"),
         (lambda: model.pose({"A": float("nan")}), "A: nan"),
         (lambda: model.pressures_for({"shift_x": float("nan")}), "shift_x: "),
@@ -112,7 +112,7 @@ def test_mistakes_are_one_line(path, tmp_path):
     stored = dict(np.load(path))
     header = json.loads(bytes(stored["header"]))
     changes = [
-        ({"header": np.frombuffer(json.dumps(header | {"version": 2}).encode(), np.uint8)}, "pneumorph-model 2"),
+        ({"header": np.frombuffer(json.dumps(header | {"version": 3}).encode(), np.uint8)}, "pneumorph-model 3"),
         ({"coefficients": np.nan * stored["coefficients"]}, "finite"),
         ({"header": np.array([1, 2], np.uint8)}, "no model file"),
     ]

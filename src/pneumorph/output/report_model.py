@@ -49,6 +49,8 @@ def packed_model(
         raise ProblemError(str(error)) from None
     if shape is None:
         raise ProblemError(f"{path}: has no shapes; write it again with pneumorph model")
+    if model.loads:
+        raise ProblemError(f"{path}: depends on loads, which pages cannot set; write it without --force and --gravity")
     design, task = _owner(model.header["body"], problem, history, bodies, path)
     (faces, modes), count = shape, 6 + len(model.chambers)
     mesh = TetMesh(faces.points, np.zeros((0, 10), int), faces.corners)
