@@ -1,5 +1,6 @@
 """Settings for the whole suite."""
 
+import gc
 import os
 from itertools import count
 from pathlib import Path
@@ -14,6 +15,8 @@ import pytest
 from compiling import share_kernels
 from hypothesis import settings
 
+# As the command does.
+gc.set_threshold(20_000)
 # The first call of a compiled kernel takes seconds and says nothing about the property: no deadline for examples.
 settings.register_profile("pneumorph", deadline=None)
 # For a long run of the properties: pytest tests/fuzz --hypothesis-profile=nightly

@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from pneumorph import numerics
+
 SAID = "compiling (once)\n"
 
 
@@ -36,9 +38,33 @@ def test_it_is_said_when_something_is_compiled_and_not_again(tiny, tmp_path):
     assert SAID not in simulated("one").stderr, "they are kept again"
 
 
+@pytest.mark.slow
+def test_what_designs_need_is_compiled_by_warming_up(tiny, tmp_path):
+    """Another tube is designed without a kernel of its own: other sizes, no ripple, a spring."""
+    own = {key: value for key, value in os.environ.items() if key != "JAX_COMPILATION_CACHE_DIR"}
+
+    def run(*words):
+        command = [sys.executable, "-m", "pneumorph", *words]
+        env = own | {"PNEUMORPH_CACHE": str(tmp_path / "cache")}
+        return subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, check=True)
+
+    warm = run("warm-up")
+    assert warm.stderr.count(SAID) == 1 and str(tmp_path / "cache") in warm.stdout
+    kept = set((tmp_path / "cache").glob("*-cache"))
+    found = run("design", str(tiny), "--iterations", "1")
+    assert SAID not in found.stderr and kept == set((tmp_path / "cache").glob("*-cache"))
+
+
 def test_help_compiles_nothing():
     found = subprocess.run([sys.executable, "-m", "pneumorph", "--help"], capture_output=True, text=True, check=True)
     assert found.stderr == ""
+
+
+def test_flags_of_xla_are_added_to_those_of_the_user_and_only_where_they_are_known():
+    assert numerics.flags("--other=1", (0, 10, 2)) == f"--other=1 {numerics.QUICK}"
+    own = "--xla_cpu_use_fusion_emitters=true"
+    assert numerics.flags(own, (0, 10, 2)) == own
+    assert numerics.flags("", (0, 5, 0)) == "" == numerics.flags("", (1, 10, 0))
 
 
 KERNEL = """

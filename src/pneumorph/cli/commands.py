@@ -634,6 +634,14 @@ def verify(
     verify(only or [], write)
 
 
+@doing("warming up")
+def warm_up() -> None:
+    """Compile now what would be compiled when bodies are first checked and designed; once after the installation."""
+    from pneumorph.cli.warm_up import warm_up
+
+    warm_up()
+
+
 material = typer.Typer(
     cls=WholeSentences,
     no_args_is_help=True,
