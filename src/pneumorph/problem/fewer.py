@@ -33,7 +33,7 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
     >>> problem = pm.load("examples/arm_parallel.toml")
     >>> fewer = pm.with_fewer_chambers(problem, ["C"], {})
     >>> [chamber.name for chamber in fewer.body.chamber]
-    ['A', 'B']
+    ['A', 'B', 'D']
     """
     table = table_of(problem)
     names = [chamber.name for chamber in problem.body.chamber]

@@ -40,6 +40,15 @@ def with_further_chamber(
     ------
     ProblemError
         If there is no room for it at the start, or the body is none of tubes about a straight axis.
+
+    Examples
+    --------
+    >>> import pneumorph as pm
+    >>> problem = pm.load("examples/arm_parallel.toml")
+    >>> pressures = {task.name: 0.02 for task in problem.task}
+    >>> further = pm.with_further_chamber(problem, (0.0, 0.0, 40.0), 2.0, pressures, (0.0, 0.06))
+    >>> [chamber.name for chamber in further.body.chamber]
+    ['A', 'B', 'C', 'D', 'E']
     """
     if problem.solid is not None or problem.tubes.bent is not None:
         raise ProblemError(
