@@ -4,8 +4,8 @@
     python follow.py runs/arm/model.npz           # where ROS 2 is installed
 
 The node listens to `target`, where the tip is to go from where it is without pressure, in metres along the axes of
-the body, and publishes `pressures` in Pa, 50 times a second. It needs NumPy and pneumorph's `surrogate/reader.py`, which may
-lie beside this file.
+the body, and publishes `pressures` in Pa, 50 times a second. It needs NumPy and pneumorph's `surrogate/reader.py`,
+which may lie beside this file.
 """
 
 from __future__ import annotations

@@ -287,10 +287,10 @@ def _read(path: Path) -> dict:
     try:
         with np.load(path, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
-        header = json.loads(bytes(arrays["header"]))
-        kind, version = header["format"], header["version"]
+        kind, version = (header := json.loads(bytes(arrays["header"])))["format"], header["version"]
     except Exception as error:  # zipfile has errors of its own
-        raise ModelError(f"{path}: is no model file, or damaged ({error}); write one with pneumorph model") from None
+        said = "there is no such file" if isinstance(error, FileNotFoundError) else "is no model file, or damaged"
+        raise ModelError(f"{path}: {said}; write one with pneumorph model") from None
     if kind != FORMAT or version not in VERSIONS:
         raise ModelError(f"{path}: is {kind} {version}, this reader reads {FORMAT} 1 and 2; write the model again")
     shapes = {"bounds", "corners", "index", "coefficients", "soft_index", "soft_coefficients"}
