@@ -32,7 +32,7 @@ def warm_up() -> None:
                 run_gradient_check(analyse_body(asked, start.body))
             with doing(f"designing a small tube of {element} elements"):
                 design(asked, folder / element)
-    print(f"what checks and designs of tubes need is compiled; jax's part is in {cache_folder()}")
+    print(f"most of what checks and designs of tubes need is compiled; jax's part is in {cache_folder()}")
 
 
 def small(element: str) -> Problem:
