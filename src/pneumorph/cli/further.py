@@ -55,10 +55,9 @@ def words(problem: Problem, further: Insertion) -> str:
         )
         parts.append(f"{task.name} at {pressure:.3g} kPa" + (f": {told}" if told else ""))
     x, y, z = further.place
-    sphere = f"a sphere of radius {further.radius:.2g} mm at ({x:.1f}, {y:.1f}, {z:.1f}) mm would help"
-    return (
-        f"{sphere}, to first order, each of its images as much: the objective by {further.gain:.2g}; {'; '.join(parts)}"
-    )
+    sphere = f"a sphere of radius {further.radius:.2g} mm at ({x:.1f}, {y:.1f}, {z:.1f}) mm, and each of its images"
+    gain = f"would lower the objective by {further.gain:.2g}, to first order"
+    return f"{sphere} under the symmetry, {gain}; {'; '.join(parts)}"
 
 
 def _with_room(problem: Problem, places: list[Insertion]) -> tuple[Problem, Insertion]:
