@@ -136,6 +136,7 @@ def test_check(run, tiny):
 def test_a_quick_check_tests_no_gradient(run, tiny, monkeypatch):
     monkeypatch.setattr(check, "run_gradient_check", None)
     result = run("check", tiny, "--quick")
+    assert "for the shape, 0 for pressures" in result.stdout
     assert result.exit_code == 0, result.output
     assert "limit     wall is 3 mm" in result.output and "gradient  " not in result.output
     assert result.output.endswith("The problem is sound; its gradient was not tested.\n")

@@ -65,3 +65,7 @@ def test_the_share_of_the_motion_is_what_is_left_without_the_pressure():
         for pressure in ("0.4 kPa", "0 kPa")
     )
     assert design.chambers["B"].motion == pytest.approx(abs(with_it - without) / abs(with_it), rel=0.15)
+
+
+def test_an_idle_chamber_without_pressure_is_said_to_have_none():
+    assert list(of_chambers(uses((0.06, 0.0), (0.05, 0.0)))) == ["chamber B is idle: its pressure is 0 in every task"]

@@ -52,12 +52,12 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
         If the gradient is not right to second order.
     """
     run = open_run(problem, asking(trust)) if problem.is_dir() else None
+    asked = load(problem, asking(trust)) if run is None else run.problem
     for option, path in (("--fewer", fewer), ("--insert", insert)):
         if path is not None and run is None:
             raise ProblemError(f"{option}: is for a run, whose states tell what chambers do; give its directory")
         if path is not None and path.exists():
             raise ProblemError(f"{option} {path}: there is already a file of this name; give another name")
-    asked = load(problem, asking(trust)) if run is None else run.problem
     console = Console()
 
     def say(text: str, style: str = "") -> None:
@@ -206,7 +206,8 @@ def _numbers(at: AnalysedBody) -> list[str]:
     if problem.mesh.element == "auto" and model.mixed:
         most = max(rubber.bulk_modulus / rubber.shear_modulus for rubber in model.rubbers.values())
         chosen = f" (bulk modulus {most:.3g} times the shear modulus)"
-    free = len(space.free_pressures)
+    # The space of tests has all pressures.
+    free = sum(each.free and each.same_as is None for task in problem.task for each in task.pressure.values())
     data = f", {len(space.free_data)} for sheets and fibres" if space.free_data else ""
     return [
         f"variables {space.n_shape} for the shape, {free} for pressures{data}",

@@ -31,16 +31,17 @@ def write_with_further(run: Run, design: Design, path: Path) -> Iterator[str]:
     """
     places = design.further_chambers()
     if not places:
-        yield "insert    no place has room for a further chamber that would help"
+        yield f"insert    no sphere that keeps limits.wall and limits.curvature would help; {path} is not written"
         return
     for each in places:
         yield f"insert    {words(run.problem, each)}"
     problem, chosen = _with_room(run.problem, places)
     with writing(path):
         atomic.write_bytes(path, problem.to_toml().encode())
-    names = [chamber.name for chamber in problem.body.chamber[len(run.problem.body.chamber) :]]
+    first, *images = [chamber.name for chamber in problem.body.chamber[len(run.problem.body.chamber) :]]
     x, y, z = chosen.place
-    yield f"written   {path}: the problem with {', '.join(names)}, at ({x:.1f}, {y:.1f}, {z:.1f}) mm"
+    others = f", and {', '.join(images)} as its image{'s' if images[1:] else ''}" if images else ""
+    yield f"written   {path}: the start with {first} at ({x:.1f}, {y:.1f}, {z:.1f}) mm{others}"
 
 
 def words(problem: Problem, further: Insertion) -> str:

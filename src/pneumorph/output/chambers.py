@@ -14,7 +14,8 @@ def of_chambers(uses: Mapping[str, ChamberUse]) -> Iterator[str]:
         if not use.idle:
             continue
         if use.pressure <= IDLE:
-            yield f"chamber {name} is idle: its pressure is at most {100.0 * use.pressure:.2g} % of the largest"
+            share = f"at most {100.0 * use.pressure:.2g} % of the largest" if use.pressure else "0 in every task"
+            yield f"chamber {name} is idle: its pressure is {share}"
         else:
             assert use.motion is not None, "chambers are idle by their pressure or by their motion"
             yield f"chamber {name} is idle: it makes at most {100.0 * use.motion:.2g} % of the motion of any task"
