@@ -74,7 +74,7 @@ def searched(content: Mapping[str, Any], out: Path, plan: Plan) -> Proposal | No
 
     def run(members: Mapping[str, Member], drawn: bool) -> Iterator[MemberEnd]:
         for name, member in members.items():
-            yield run_member(name, member.problem, str(out / name), lambda *_: None, False)
+            yield run_member(name, member.problem, str(out / name), lambda *_: None, False, member.begin)
 
     out.mkdir(parents=True, exist_ok=True)
     [best, *_] = propose(Target.model_validate(content), out, plan, run, 1, print)

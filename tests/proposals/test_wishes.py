@@ -13,8 +13,9 @@ from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of
 from pneumorph.problem import loads
 from pneumorph.proposals import Target, load_target, propose
+from pneumorph.proposals.driven import driven
+from pneumorph.proposals.proposal import Proposal
 from pneumorph.proposals.results import draw_front, words_of_wishes, write_table
-from pneumorph.proposals.search import Proposal
 from pneumorph.proposals.wishes import amount, best_of
 
 
@@ -80,3 +81,34 @@ def test_a_search_with_two_wishes_ranks_what_none_beats_first(tmp_path):
     assert draw_front("two wishes", compared, tmp_path).exists()
     rows = list(csv.DictReader(write_table(found, tmp_path).open()))
     assert float(rows[0]["mass (g)"]) > 0.0
+    # The best of each wish was designed on for it, and bends as far as before.
+    for wish in ("mass", "pressure"):
+        [less] = [each for each in compared if each.candidate.name.endswith(f"-{wish}")]
+        [before] = [each for each in compared if less.candidate.name == f"{each.candidate.name}-{wish}"]
+        assert less.amounts[wish] < before.amounts[wish]
+        one, other = (each.entry.tasks["bend"].rotation[1] for each in (less, before))
+        assert one >= 0.999 * other
+        assert less.entry.held
+
+
+def test_the_problem_of_a_wish_holds_what_was_reached():
+    def held(objective, done):
+        problem = loads(tiny()).with_changes({"task[0].objective": objective})
+        return driven(problem, {"extend": task_result(translation=(0.0, 0.0, done))}, "mass")
+
+    further, short = (
+        held({"kind": "motion", "extension": "2 mm"}, 2.01),
+        held({"kind": "motion", "extension": "2 mm"}, 1.9),
+    )
+    assert [each.task[0].limits.at_least.extension for each in (further, short)] == pytest.approx([2.0, 1.9], rel=2e-4)
+    assert [each.task[0].limits.motion.extension for each in (further, short)] == pytest.approx([2.06, 2.06])
+    most = held({"motion": "extension"}, 3.0)
+    assert most.task[0].objective.of == "mass" and most.task[0].limits.motion is None
+    assert most.task[0].limits.at_least.extension == pytest.approx(3.0, rel=2e-4)
+    shorter = held({"kind": "motion", "extension": "-2 mm"}, -2.5)
+    assert shorter.task[0].limits.at_least.extension == pytest.approx(-2.0, rel=2e-4)
+    assert shorter.task[0].limits.motion.extension == pytest.approx(2.5, rel=2e-4)
+    # A motion in the other direction, or beside another one, is not held.
+    assert held({"motion": "-extension"}, 1.0) is None
+    assert held({"kind": "motion", "extension": "2 mm", "twist": "1 deg"}, 2.0) is None
+    assert driven(most, {}, "-force") is None

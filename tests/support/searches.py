@@ -26,4 +26,4 @@ class Runner:
     def __call__(self, members, drawn):
         for name, member in members.items():
             self.names.append(name)
-            yield run_member(name, member.problem, str(self.out / name), lambda *_: None, drawn=False)
+            yield run_member(name, member.problem, str(self.out / name), lambda *_: None, False, member.begin)

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
+from pneumorph.analysis.near import Solved
 from pneumorph.analysis.workspace import axes_of
 from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.mesh.tets import is_cut
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, with_further_chamber
 from pneumorph.sensitivity import gradient, tip_motion_adjoints
 from pneumorph.sensitivity.insertion import insertion_slopes
 
 APART = 2.0
 """Places that are told are farther apart than this times the room around the better one."""
+
+ROUNDER = 1.05
+"""Wall around, and radius of, further chambers over the least ones: they have to be found within limits."""
+
+SMALLER, TRIES = 0.9, 6
+"""Factor on the radius of a further chamber for which the start has no room, and how many radii are tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,3 +143,39 @@ def best_insertions(found: Insertions, wall: float, least: float, count: int) ->
         )
         near = np.linalg.norm(found.places - found.places[best], axis=1) < APART * found.room[best]
         worth[near] = -np.inf
+
+
+def further_chambers(near: Solved, count: int) -> list[Insertion]:
+    """The best places of a body with its states for a chamber that its limits allow, the best first; at most `count`.
+
+    Raises
+    ------
+    ProblemError
+        If the tasks span a workspace.
+    """
+    problem = near.problem
+    found = find_insertions(problem, near.disc, near.analysis)
+    # A sphere's principal curvatures are both one over its radius.
+    least = 0.0 if problem.solid is not None else ROUNDER / problem.limits.curvature**0.5
+    return list(best_insertions(found, ROUNDER * problem.limits.wall, least, count))
+
+
+def with_further(problem: Problem, places: Sequence[Insertion]) -> tuple[Problem, Insertion]:
+    """The problem with a chamber in the first of some places where its start has room for one, and that place.
+
+    Raises
+    ------
+    ProblemError
+        If none has.
+    """
+    refused: ProblemError | None = None
+    bounds = pressure_range(problem)
+    for each in places:
+        radius = each.radius
+        for _ in range(TRIES):
+            try:
+                return with_further_chamber(problem, each.place, radius, each.pressures, bounds), each
+            except ProblemError as error:
+                refused, radius = error, SMALLER * radius
+    assert refused is not None, "of no place nothing is asked"
+    raise refused

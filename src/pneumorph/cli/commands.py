@@ -51,11 +51,19 @@ def design(
         ),
     ] = False,
     trust: Trusted = False,
+    begin: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RUN",
+            help="Begin with the last design of a run of the same body: tasks may ask for something else there, and "
+            "limits on motions may be others.",
+        ),
+    ] = None,
 ) -> None:
     """Design a body for a problem."""
     from pneumorph.cli.design import design
 
-    design(problem, out, iterations, resume, quiet, verbose, trust)
+    design(problem, out, iterations, resume, quiet, verbose, trust, begin)
 
 
 @doing("simulating")

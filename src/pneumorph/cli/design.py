@@ -36,6 +36,7 @@ def design(
     quiet: bool = False,
     verbose: bool = False,
     trust: bool = False,
+    begin: Path | None = None,
 ) -> None:
     """Design a body for a problem file.
 
@@ -53,6 +54,8 @@ def design(
         Whether less or more is printed of every design.
     trust : bool
         Whether code in the problem file is trusted.
+    begin : Path or None
+        The directory of a run of the same body, with whose last design this one begins.
 
     Raises
     ------
@@ -67,7 +70,7 @@ def design(
     asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})
-    run = prepare_run(asked, out or Path("runs") / problem.stem, resume)
+    run = prepare_run(asked, out or Path("runs") / problem.stem, resume, begin=begin)
     again = "" if iterations is None else f" --iterations {iterations}"
     command = f"pneumorph design {problem} --out {run.path}{again} --resume"
     console = Console()

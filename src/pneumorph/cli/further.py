@@ -6,19 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pneumorph import atomic
-from pneumorph.analysis.insertion import Insertion, pressure_range
-from pneumorph.errors import ProblemError, writing
+from pneumorph.analysis.insertion import Insertion, with_further
+from pneumorph.errors import writing
 from pneumorph.interface.design import Design
 from pneumorph.interface.runs import Run
 from pneumorph.output.certainty import Moved
-from pneumorph.problem import Problem, with_further_chamber
+from pneumorph.problem import Problem
 from pneumorph.problem.objectives.words import motion_amount
-
-SMALLER = 0.9
-"""Factor on the radius of a further chamber for which the start has no room."""
-
-TRIES = 6
-"""Radii that are tried."""
 
 
 def write_with_further(run: Run, design: Design, path: Path) -> Iterator[str]:
@@ -35,7 +29,7 @@ def write_with_further(run: Run, design: Design, path: Path) -> Iterator[str]:
         return
     for each in places:
         yield f"insert    {words(run.problem, each)}"
-    problem, chosen = _with_room(run.problem, places)
+    problem, chosen = with_further(run.problem, places)
     with writing(path):
         atomic.write_bytes(path, problem.to_toml().encode())
     first, *images = [chamber.name for chamber in problem.body.chamber[len(run.problem.body.chamber) :]]
@@ -59,18 +53,3 @@ def words(problem: Problem, further: Insertion) -> str:
     sphere = f"a sphere of radius {further.radius:.2g} mm at ({x:.1f}, {y:.1f}, {z:.1f}) mm, and each of its images"
     gain = f"would lower the objective by {further.gain:.2g}, to first order"
     return f"{sphere} under the symmetry, {gain}; {'; '.join(parts)}"
-
-
-def _with_room(problem: Problem, places: list[Insertion]) -> tuple[Problem, Insertion]:
-    """The problem with a chamber in the first of the places where its start has room for one."""
-    refused: ProblemError | None = None
-    bounds = pressure_range(problem)
-    for each in places:
-        radius = each.radius
-        for _ in range(TRIES):
-            try:
-                return with_further_chamber(problem, each.place, radius, each.pressures, bounds), each
-            except ProblemError as error:
-                refused, radius = error, SMALLER * radius
-    assert refused is not None
-    raise refused

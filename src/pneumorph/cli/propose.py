@@ -108,7 +108,7 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
     again = f"pneumorph design {first.run}/problem.toml --out {first.run} --resume --iterations 40"
     said = f"The best is {first.run}: {first.achieved}. To go on with it: {again}"
     say_where(Text(said if first.final else f"{said} ({first.lost}, so its motion is that of a coarse one)"))
-    if reaches(first) is not Reached.YES and first.run is not None:
+    if reaches(first) in (None, Reached.NO) and first.run is not None:
         for line in _further(first.run):
             say(line)
     return 3 if reaches(first) is Reached.NO else 0

@@ -29,7 +29,7 @@ from pneumorph.analysis import (
     prepare_simulation,
 )
 from pneumorph.analysis.accuracy import MeshError, mesh_errors
-from pneumorph.analysis.insertion import Insertion, best_insertions, find_insertions
+from pneumorph.analysis.insertion import Insertion, further_chambers
 from pneumorph.analysis.near import Solved, analyse_near
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.errors import ProblemError
@@ -59,9 +59,6 @@ if TYPE_CHECKING:
     from pneumorph.make import MadeFiles
     from pneumorph.output.view import View
     from pneumorph.surrogate.chain import Chain
-
-ROUNDER = 1.05
-"""Wall around, and radius of, further chambers over the least ones: they have to be found within limits."""
 
 MOST_STATES = 400
 """States that are solved for a fast model, unless more are asked for."""
@@ -157,11 +154,7 @@ class Design:
         ProblemError
             If the tasks span a workspace.
         """
-        near = self._near
-        found = find_insertions(near.problem, near.disc, near.analysis)
-        # A sphere's principal curvatures are both one over its radius.
-        least = 0.0 if self.problem.solid is not None else ROUNDER / self.problem.limits.curvature**0.5
-        return list(best_insertions(found, ROUNDER * self.problem.limits.wall, least, count))
+        return further_chambers(self._near, count)
 
     @cached_property
     def fields(self) -> Fields:

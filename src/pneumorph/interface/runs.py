@@ -220,6 +220,7 @@ def design(
     resume: bool = False,
     show: Callable[[Event], None] | None = None,
     trust: Trust = False,
+    begin: str | Path | None = None,
 ) -> Run:
     """Design a body for a problem, and store the run in a directory.
 
@@ -233,6 +234,9 @@ def design(
     show : called with every event of the design loop.
     trust : bool
         Whether code in the problem file is trusted; see `load`.
+    begin : Path
+        The directory of a run of the same body, with whose last design this one begins; what its tasks ask for, limits
+        on motions and the table [optimizer] may be others.
 
     Raises
     ------
@@ -248,12 +252,18 @@ def design(
     >>> run.history[-1].tasks["extend"].translation[2] > run.history[0].tasks["extend"].translation[2]  # mm
     True
     """
-    prepared = prepare_run(problem, out, resume, trust)
+    prepared = prepare_run(problem, out, resume, trust, begin)
     prepared.complete(show)
     return prepared
 
 
-def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = False, trust: Trust = False) -> Run:
+def prepare_run(
+    problem: Problem | str | Path,
+    out: str | Path,
+    resume: bool = False,
+    trust: Trust = False,
+    begin: str | Path | None = None,
+) -> Run:
     """Make a new run of a problem in a directory, or prepare one for resuming.
 
     Parameters
@@ -262,6 +272,7 @@ def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = F
     out : the run directory.
     resume : whether an interrupted run of this problem may be in it.
     trust : whether code in the problem file is trusted; see `load`.
+    begin : the directory of a run with whose last design it begins; see `design`.
 
     Raises
     ------
@@ -271,7 +282,7 @@ def prepare_run(problem: Problem | str | Path, out: str | Path, resume: bool = F
     asked = _problem(problem, trust)
     # A mistake in a target is reported before the directory is made.
     build_objectives(asked)
-    return Run((run.resume if resume else run.create)(out, _with_size(asked, Path(out) if resume else None)))
+    return Run((run.resume if resume else run.create)(out, _with_size(asked, Path(out) if resume else None), begin))
 
 
 def _with_size(problem: Problem, stored: Path | None) -> Problem:

@@ -31,11 +31,12 @@ from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
 from pneumorph.optimize.iterate import Iterate, evaluate, with_errors
 from pneumorph.optimize.proposal import propose
-from pneumorph.optimize.radius import begin, next_radius
+from pneumorph.optimize.radius import begin as first_region
+from pneumorph.optimize.radius import next_radius
 from pneumorph.optimize.record import StepRecord, accepted
 from pneumorph.optimize.settings import LoopSettings
 from pneumorph.optimize.setup import Setup, build_setup
-from pneumorph.optimize.start import resumed, start
+from pneumorph.optimize.start import begun_from, resumed, start
 from pneumorph.optimize.stopping import conclusion, reason_to_stop
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import Problem
@@ -43,7 +44,10 @@ from pneumorph.problem.defaults import MARGIN as WATCHED
 
 
 def design(
-    problem: Problem, state: Mapping[str, Any] | None = None, settings: LoopSettings | None = None
+    problem: Problem,
+    state: Mapping[str, Any] | None = None,
+    settings: LoopSettings | None = None,
+    begin: Mapping[str, Any] | None = None,
 ) -> Iterator[Event]:
     """Design a body for a problem; yields events, among them every accepted design.
 
@@ -55,19 +59,25 @@ def design(
     problem : Problem
     state : of a `DesignAccepted`, to resume from there.
     settings : of the loop, by default the usual ones.
+    begin : of a `DesignAccepted` of another problem with the same body and part of it, to start with that design.
 
     Raises
     ------
     ComputationError
         When the starting design cannot be brought within its limits, cannot be meshed or has no equilibrium.
     """
-    return optimise(build_setup(problem, settings), state)
+    return optimise(build_setup(problem, settings), state, begin)
 
 
-def optimise(setup: Setup, state: Mapping[str, Any] | None = None) -> Iterator[Event]:
+def optimise(
+    setup: Setup, state: Mapping[str, Any] | None = None, begin: Mapping[str, Any] | None = None
+) -> Iterator[Event]:
     """Run the design loop on any body, mesh and limits; see `design`."""
     clock = Clock()
-    current = (yield from start(setup, clock)) if state is None else resumed(setup, state)
+    if state is not None:
+        current = resumed(setup, state)
+    else:
+        current = yield from (start(setup, clock) if begin is None else begun_from(setup, begin, clock))
     yield _started(setup, current)
     if state is None:
         yield accepted(setup, current, StepRecord(current.disc.factorisations, remeshed=False), clock)
@@ -87,7 +97,7 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
     size = outgrown(setup.problem, current.disc, current.errors) if current.number else None
     current = renewed(setup, current, clock)
     factorisations += current.disc.factorisations - made
-    region = begin(settings.radius, current.learnt.radius)
+    region = first_region(settings.radius, current.learnt.radius)
     current = current.learning(
         curvature=current.learnt.curvature.with_design(current.analysis.phi, current.slopes.rest)
     )

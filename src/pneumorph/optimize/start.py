@@ -1,4 +1,4 @@
-"""How a run begins: from the starting design, or from a checkpoint."""
+"""How a run begins: from the starting design, a design of another run, or its own checkpoint."""
 
 from __future__ import annotations
 
@@ -62,10 +62,29 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
     with clock.phase("equilibrium"):
         disc, analysis = begun_robust(setup, disc, analysis)
         lateral = judge(disc, analysis, {})
-    learnt = Learnt(setup.stepper, no_curvature(space.n), 1.0, ())
-    begun = evaluate(setup, 0, AnalysedDesign(analysis, disc, feasible.report, lateral), learnt, clock)
-    begun = with_errors(setup, begun)
-    if found := shortfalls(setup, disc, analysis, begun.states):
+    return (yield from _begun(setup, AnalysedDesign(analysis, disc, feasible.report, lateral), clock))
+
+
+@doing("restoring the design to begin with")
+def begun_from(setup: Setup, state: Mapping[str, Any], clock: Clock) -> Generator[Event, None, Iterate]:
+    """The design of another run of the same body, as the start of this one: of steps before it nothing is known.
+
+    Raises
+    ------
+    ProblemError
+        If the checkpoint does not fit the problem, or its equilibria are not found again.
+    """
+    with clock.phase("equilibrium"):
+        design = _restored(setup, state)
+    _require_contact(setup.problem, design.disc, design.analysis)
+    return (yield from _begun(setup, design, clock))
+
+
+def _begun(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generator[Event, None, Iterate]:
+    """The first iterate, with a word on states that are beyond their limits."""
+    learnt = Learnt(setup.stepper, no_curvature(setup.space.n), 1.0, ())
+    begun = with_errors(setup, evaluate(setup, 0, design, learnt, clock))
+    if found := shortfalls(setup, design.disc, design.analysis, begun.states):
         yield BegunBeyond(tuple(words(setup, each) for each in found))
     return begun
 
@@ -150,7 +169,11 @@ def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
     ProblemError
         If the checkpoint does not fit the problem, or its equilibria are not found again.
     """
+    design = _restored(setup, state)
+    return with_errors(setup, evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock()))
+
+
+def _restored(setup: Setup, state: Mapping[str, Any]) -> AnalysedDesign:
     disc, analysis = checkpoint.unpack(setup.problem, setup.space, dict(state), setup.mesher.heights)
     lateral = judge(disc, analysis, unpack_at_rest(disc, state))
-    design = AnalysedDesign(analysis, disc, setup.certify(analysis.phi), lateral)
-    return with_errors(setup, evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock()))
+    return AnalysedDesign(analysis, disc, setup.certify(analysis.phi), lateral)

@@ -13,15 +13,16 @@ import numpy as np
 from pneumorph import atomic
 from pneumorph.output.figures import save
 from pneumorph.output.front import Trade, front_figure
+from pneumorph.output.sheet import Tile, draw_sheet
 from pneumorph.output.study_page import write_study_page
 from pneumorph.problem import Problem, Task
 from pneumorph.proposals.making import difficulty, rubber_volume
-from pneumorph.proposals.search import Proposal
+from pneumorph.proposals.proposal import Proposal
+from pneumorph.proposals.stage import reached_in
 from pneumorph.proposals.wishes import HEADINGS, minimised
 from pneumorph.results import HistoryEntry, RunResult
-from pneumorph.results.targets import Reached, targets_reached
-from pneumorph.run import open_run
-from pneumorph.study import Member, Study, write_sheet
+from pneumorph.results.targets import Reached
+from pneumorph.run import RunDirectory, open_run
 from pneumorph.study.summary import motions
 
 
@@ -129,9 +130,9 @@ def reaches(proposal: Proposal) -> Reached | None:
     """Whether a proposal reaches the targets of all tasks that have one; None where none was stated."""
     if proposal.run is None or proposal.entry is None:
         return None
-    found = targets_reached(proposal.candidate.posed, open_run(proposal.run).history()).values()
-    order = (Reached.NO, Reached.NEARLY, Reached.YES)
-    return min(found, key=order.index) if found else None
+    found, tasks = reached_in(proposal.run, proposal.candidate.posed), proposal.candidate.posed.task
+    # One that was designed for a wish holds the motions of one that reaches them, nearly at least.
+    return Reached.NEARLY if found is None and any(each.objective.aimed for each in tasks) else found
 
 
 def write_table(proposals: Sequence[Proposal], out: Path) -> Path:
@@ -167,5 +168,16 @@ def draw_proposals(title: str, proposals: Sequence[Proposal], out: Path) -> Path
     NoPicture
         If this machine cannot draw off-screen.
     """
-    members = tuple(Member(each.run.name, {}, each.candidate.posed) for each in proposals if each.run is not None)
-    return write_sheet(Study(title, members), out, [each.name for each in members])
+    runs = [(each, open_run(each.run)) for each in proposals if each.run is not None]
+    path = out / "sheet.png"
+    draw_sheet(path, title, [Tile(run.path.name, "\n".join(_caption(each, run)), run) for each, run in runs])
+    return path
+
+
+def _caption(proposal: Proposal, run: RunDirectory) -> Iterator[str]:
+    """Name of a proposal and, where it was compared by wishes, its amounts, with a star at those that it wins."""
+    yield run.path.name
+    if run.problem.task[0].objective != proposal.candidate.posed.task[0].objective:
+        yield proposal.achieved
+    for wish, value in proposal.amounts.items():
+        yield f"{HEADINGS[wish]} {value:.3g}{' *' * (wish in proposal.wins)}"

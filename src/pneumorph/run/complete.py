@@ -70,8 +70,9 @@ def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
 
 def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
     state, begun = run.resumable(), False
+    begin = run.begun_from() if state is None else None
     try:
-        for event in design(run.problem, state):
+        for event in design(run.problem, state, begin=begin):
             if not begun:
                 # Only now is it sure that the state can be resumed from: what is refused changes nothing.
                 run.begin()

@@ -1,9 +1,10 @@
 """The run directory: the problem, every accepted design, and the state from which an interrupted run can be resumed.
 
 It contains ``problem.toml``, ``history.jsonl`` (a line per accepted design), ``designs/NNNN.npz``, ``fields/NNNN.npz``
-of the first and the last design, ``checkpoint.npz`` and ``result.json``; ``pictures`` and ``report.html`` are
-made of these. A design is stored in the order shape, fields, history line, checkpoint, and counts once the checkpoint
-is written. Files newer than the checkpoint belong to an unfinished iteration; `resume` removes them.
+of the first and the last design, ``checkpoint.npz`` and ``result.json``, and ``begin.npz`` where the run begins with
+a design of another one; ``pictures`` and ``report.html`` are made of these. A design is stored in the order shape,
+fields, history line, checkpoint, and counts once the checkpoint is written. Files newer than the checkpoint belong to
+an unfinished iteration; `resume` removes them.
 """
 
 import json
@@ -36,6 +37,9 @@ Checkpoint = dict[str, Any]
 
 MOST_DESIGNS = 10**6
 """Above all numbers of designs."""
+
+BEGIN = "begin.npz"
+"""The checkpoint of the run whose last design is the start of this one, where it begins with that."""
 
 FOLDERS = ("designs", "fields", "pictures")
 """Folders in which a run is written."""
@@ -153,7 +157,24 @@ class RunDirectory:
 
     def checkpoint(self) -> tuple[int, Checkpoint]:
         """Iteration and state of the checkpoint."""
-        path = self.path / "checkpoint.npz"
+        return self._state("checkpoint.npz")
+
+    def begin_with(self, iteration: int, state: Checkpoint) -> None:
+        """Store the checkpoint of another run, with whose design this one begins."""
+        with self._writing():
+            atomic.write_arrays(self.path / BEGIN, _checkpoint_arrays(iteration, state))
+
+    def begun_from(self) -> Checkpoint | None:
+        """The state of a design of another run with which this one begins, checked to be one; None without any."""
+        if not (self.path / BEGIN).exists():
+            return None
+        _, state = self._state(BEGIN)
+        with reporting_damage(self.path / BEGIN):
+            checkpoint.check(self.problem, state)
+        return state
+
+    def _state(self, name: str) -> tuple[int, Checkpoint]:
+        path = self.path / name
         with reporting_damage(path):
             arrays = read_arrays(path)
             plain = json.loads(arrays.pop("json").item())

@@ -2,40 +2,82 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from pneumorph.errors import ProblemError
+from pneumorph.mechanics import part_of
 from pneumorph.problem import Problem, read
 from pneumorph.problem.reading import read_toml
 from pneumorph.run.differences import differences, in_words
-from pneumorph.run.directory import RunDirectory, store
+from pneumorph.run.directory import Checkpoint, RunDirectory, store
 from pneumorph.run.lock import NAME, locked
 
 _LATER = {"margin": 1.0, "strain": "off"}
 """Limits by default that runs of earlier versions do not have, and the values with which they are off."""
 
 
-def create(path: str | Path, problem: Problem) -> RunDirectory:
-    """Make a new run directory for `problem`; ProblemError if it exists and is not empty, or cannot be made."""
+_OF_TASKS = re.compile(r"task\[[0-9]+\]\.(objective|limits|weight)\b|limits\.(motion|at_least|stiffness|sensitivity)\b")
+"""Keys in which a problem may differ from that of the run with whose design it begins: what is asked of the body."""
+
+
+def create(path: str | Path, problem: Problem, begin: str | Path | None = None) -> RunDirectory:
+    """Make a new run directory.
+
+    Parameters
+    ----------
+    path : of the directory.
+    problem : of the run.
+    begin : the directory of a run of the same body with whose last design this one begins.
+
+    Raises
+    ------
+    ProblemError
+        If the directory exists and is not empty, cannot be made, or the other run is of another body.
+    """
     path = Path(path)
+    state = None if begin is None else _beginning(Path(begin), problem)
     with _usable(path):
         path.mkdir(parents=True, exist_ok=True)
         if (path / NAME).exists() or _is_empty(path):
             with locked(path):
                 if _is_empty(path):
+                    run = RunDirectory(path, problem)
+                    if state is not None:
+                        run.begin_with(*state)
                     store(path, problem)
-                    return RunDirectory(path, problem)
+                    return run
         raise ProblemError(f"{path}: is not empty; add --resume to resume the run in it, or name another --out")
 
 
-def resume(path: str | Path, problem: Problem) -> RunDirectory:
+def _beginning(path: Path, problem: Problem) -> tuple[int, Checkpoint]:
+    """The checkpoint of a run with whose last design a problem can begin."""
+    other = open_run(path)
+    if other.resumable() is None:
+        raise ProblemError(f"{path}: has no finished design to begin with; name another run")
+    keys = [key for key in differences(other.problem, problem) if not _OF_TASKS.match(key)]
+    keys = [key for key in keys if not key.startswith("optimizer.")]
+    if keys or len(other.problem.task) != len(problem.task):
+        raise ProblemError(
+            f"{path}: its designs are of another problem ({in_words(keys or ['task'])}); only what tasks ask for, "
+            "limits on motions and the optimizer may be others"
+        )
+    if part_of(other.problem) != part_of(problem):
+        raise ProblemError(
+            f"{path}: another part of the body is solved for these tasks; begin with the body at rest, without --begin"
+        )
+    return other.checkpoint()
+
+
+def resume(path: str | Path, problem: Problem, begin: str | Path | None = None) -> RunDirectory:
     """Open the directory of an interrupted run of `problem` for resuming; nothing is changed before it begins.
 
     The number of iterations, and other keys that do not change what is designed (`HARMLESS`), may differ from those of
-    the interrupted run. Without a run in the directory a new one is made.
+    the interrupted run. Without a run in the directory a new one is made, which begins with the last design of the run
+    in the directory `begin`, if that is given.
 
     Raises
     ------
@@ -45,7 +87,7 @@ def resume(path: str | Path, problem: Problem) -> RunDirectory:
     """
     path = Path(path)
     if not (path / "problem.toml").exists():
-        return create(path, problem)
+        return create(path, problem, begin)
     stored = _problem_of(path)
     if stored != problem and not differences(read(path / "problem.toml"), problem):
         # A run goes on with the limits with which it began.

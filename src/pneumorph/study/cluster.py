@@ -169,7 +169,7 @@ def run_members(
     client.subscribe_topic(TOPIC, received)
     futures = {
         client.submit(
-            run_on_worker, name, member.problem, str((out / name).absolute()), drawn,
+            run_on_worker, name, member.problem, str((out / name).absolute()), drawn, member.begin,
             key=f"{name}-{os.urandom(4).hex()}", pure=False,
         ): name
         for name, member in members.items()

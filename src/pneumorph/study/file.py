@@ -44,11 +44,15 @@ MOST_OF_A_NAME = 120
 
 @dataclass(frozen=True)
 class Member:
-    """One design of a study: its name, which is also its directory's, its changes to the base, and its problem."""
+    """One design of a study: its name, which is also its directory's, its changes to the base, and its problem.
+
+    It begins with the last design of the run in the directory `begin`, where that is given.
+    """
 
     name: str
     changes: Mapping[str, Any]
     problem: Problem
+    begin: str | None = None
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,12 @@ def finished(directory: Path, problem: Problem) -> bool:
 
 
 def run_member(
-    name: str, problem: Problem, directory: str, on_design: Callable[[str, HistoryEntry], None], drawn: bool = True
+    name: str,
+    problem: Problem,
+    directory: str,
+    on_design: Callable[[str, HistoryEntry], None],
+    drawn: bool = True,
+    begin: str | None = None,
 ) -> MemberEnd:
     """Start or resume the run of a member; if the computation fails, its end says so and nothing is raised.
 
@@ -59,13 +64,14 @@ def run_member(
     directory : its run directory.
     on_design : called with the name and the history entry of every accepted design.
     drawn : whether its pictures and its page are made.
+    begin : the directory of the run with whose last design it begins, see `run.create`.
     """
 
     def show(event: Event) -> None:
         if isinstance(event, DesignAccepted):
             on_design(name, event.entry)
 
-    run = resume(directory, problem)
+    run = resume(directory, problem, begin)
     try:
         outcome = complete(run, show)
     except ComputationError as error:
@@ -76,7 +82,7 @@ def run_member(
     return MemberEnd(name, outcome.completed, outcome.reason)
 
 
-def run_on_worker(name: str, problem: Problem, directory: str, drawn: bool) -> MemberEnd:
+def run_on_worker(name: str, problem: Problem, directory: str, drawn: bool, begin: str | None) -> MemberEnd:
     """`run_member` on a Dask worker, which sends a message about every design to the scheduler."""
     from distributed import get_worker
 
@@ -87,7 +93,7 @@ def run_on_worker(name: str, problem: Problem, directory: str, drawn: bool) -> M
         worker.log_event(TOPIC, {"name": name, "entry": to_json(entry)})
 
     try:
-        return run_member(name, problem, directory, send, drawn)
+        return run_member(name, problem, directory, send, drawn, begin)
     finally:
         # A worker runs many members, and compiled kernels are on disk: it need not keep them in memory.
         jax.clear_caches()

@@ -1,0 +1,152 @@
+"""Candidates run for some designs, as far as time allows, and what has come of them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from pneumorph.problem import Problem
+from pneumorph.proposals.candidates import Candidate
+from pneumorph.proposals.proposal import Plan, Proposal
+from pneumorph.proposals.target import Target
+from pneumorph.results import HistoryEntry
+from pneumorph.results.targets import Reached, targets_reached
+from pneumorph.run import RunDirectory, open_run
+from pneumorph.study import Member
+from pneumorph.study.members import MemberEnd, finished
+
+
+class Runner(Protocol):
+    """Runs members in their directories under a folder, and yields their ends as they come."""
+
+    def __call__(self, members: Mapping[str, Member], drawn: bool) -> Iterator[MemberEnd]: ...
+
+
+class Clock:
+    """Time of a search: a third for the first comparison, and the rest in equal parts for what follows it."""
+
+    def __init__(self, minutes: float, following: int):
+        self._start, self._seconds, self._following = time.monotonic(), 60.0 * minutes, following
+
+    def until(self, part: int) -> Callable[[], bool]:
+        """Whether the time of a part and of those before it is used up; 0 is the first comparison."""
+        share = 1.0 / 3.0 + 2.0 / 3.0 * part / self._following
+        return lambda: time.monotonic() - self._start > share * self._seconds
+
+
+@dataclass(frozen=True)
+class Search:
+    """What a search consists of.
+
+    Attributes
+    ----------
+    target, plan : what is asked, and how much is searched.
+    out : its directory; every candidate has its run directory in it.
+    runner, workers : what runs so many members at once.
+    clock : its time.
+    said : called with a line after each comparison.
+    """
+
+    target: Target
+    plan: Plan
+    out: Path
+    runner: Runner
+    workers: int
+    clock: Clock
+    said: Callable[[str], None]
+
+    def run(self, members: Mapping[str, Member], part: int, drawn: bool = False) -> dict[str, str]:
+        """The reasons for which members failed, empty for those that did not; those without time are missing.
+
+        Parameters
+        ----------
+        members : what is to be run.
+        part : of the time, see `Clock`.
+        drawn : whether pictures are drawn.
+        """
+        ended: dict[str, str] = {}
+        late, waiting = self.clock.until(part), list(members.values())
+        for first in range(0, len(waiting), 2 * self.workers):
+            if late():
+                break
+            batch = waiting[first : first + 2 * self.workers]
+            todo = {each.name: each for each in batch if not _done(self.out / each.name, each.problem)}
+            ended |= {each.name: "" for each in batch if each.name not in todo}
+            for end in self.runner(todo, drawn) if todo else ():
+                ended[end.name] = "" if end.completed else end.reason
+        return ended
+
+    def standing(self, name: str, designs: int) -> HistoryEntry | None:
+        """The last of so many designs of a run, if it satisfies the limits."""
+        directory = self.out / name
+        if not (directory / "problem.toml").exists():
+            return None
+        entries = [entry for entry in open_run(directory).history() if entry.iteration <= designs and entry.held]
+        return entries[-1] if entries else None
+
+    def value(self, candidate: Candidate, designs: int) -> float:
+        """The objective of the last of so many designs of a candidate; infinite where none satisfies the limits."""
+        entry = self.standing(candidate.name, designs)
+        return math.inf if entry is None else entry.objective
+
+    def achieved(self, candidate: Candidate, designs: int) -> str:
+        """What that design does, in words."""
+        return Proposal(candidate, None, self.standing(candidate.name, designs), False).achieved
+
+    def ranked(self, going: Sequence[Candidate], designs: int, by_layout: bool = False) -> list[Candidate]:
+        """Candidates, the best first; by layout the best of each come first, then the second best of each, and on."""
+        values = {each.name: self.value(each, designs) for each in going}
+        best = sorted(going, key=lambda each: values[each.name])
+        if not by_layout:
+            return best
+        alike = {each.layout: [other.name for other in best if other.layout == each.layout] for each in best}
+        # Sorting keeps the order of what is alike.
+        return sorted(best, key=lambda each: (values[each.name] == math.inf, alike[each.layout].index(each.name)))
+
+    def behind(self, candidate: Candidate, going: Sequence[Candidate], designs: int) -> str:
+        """Why others went on: one of the same layout was better, or else the last of those that did."""
+        alike = [each for each in going if each.layout == candidate.layout]
+        least = max(alike or going, key=lambda each: self.value(each, designs))
+        own, other = self.achieved(candidate, designs), self.achieved(least, designs)
+        return f"after {designs} designs {own}, where {least.name} had {other}"
+
+    def best_in_words(self, going: Sequence[Candidate], designs: int) -> str:
+        """The best of some candidates, and what it does."""
+        if not going:
+            return "none satisfies the limits"
+        best = min(going, key=lambda each: self.value(each, designs))
+        return f"the best is {best.name}: {self.achieved(best, designs)}"
+
+
+def member(name: str, problem: Problem, designs: int, finer: float = 1.0) -> Member:
+    """A run of so many designs, on elements that are smaller by a factor."""
+    changes: dict[str, Any] = {"optimizer.iterations": designs}
+    if finer != 1.0:
+        changes["mesh.size"] = f"{finer * problem.mesh.size:.3g} mm"
+    return Member(name, changes, problem.with_changes(changes))
+
+
+def reached_in(directory: Path, problem: Problem) -> Reached | None:
+    """How near the last design of a run is to the targets of its tasks; None where none was stated."""
+    found = targets_reached(problem, open_run(directory).history()).values()
+    order = (Reached.NO, Reached.NEARLY, Reached.YES)
+    return min(found, key=order.index) if found else None
+
+
+def _done(directory: Path, problem: Problem) -> bool:
+    """Whether a run has all the designs that are asked for, or has ended by itself."""
+    if not (directory / "problem.toml").exists():
+        return False
+    run = open_run(directory)
+    designs = (run.latest() or 0) >= problem.optimizer.iterations
+    return designs or _ended_before(run) or finished(directory, problem)
+
+
+def _ended_before(run: RunDirectory) -> bool:
+    """Whether a run has ended with fewer designs than were asked for: nothing changes if it goes on."""
+    result = run.result()
+    return result is not None and result.iterations < run.problem.optimizer.iterations

@@ -1,0 +1,69 @@
+"""Runs that begin with the last design of another one, for tasks that ask for something else."""
+
+import numpy as np
+import pytest
+from texts import problem_text
+
+from pneumorph.errors import ProblemError
+from pneumorph.problem import loads
+from pneumorph.run import create, open_run
+from pneumorph.run.complete import complete
+
+BEND = """
+[[task]]
+name = "bend"
+pressure = { A = { start = "30 kPa", min = "0 kPa", max = "60 kPa" } }
+objective = { motion = "bending_y" }
+[mesh]
+size = "5 mm"
+[optimizer]
+iterations = 2
+"""
+
+
+def problem(**changes):
+    text = problem_text(
+        BEND, length=20, chambers=(("A", 2.5, "-3 mm", "0 mm"),), body='symmetry = { mirror = ["xz"] }\n'
+        'control_density = "0.3 /mm"',
+    )  # fmt: skip
+    return loads(text).with_changes({key.replace("__", "."): value for key, value in changes.items()})
+
+
+@pytest.fixture(scope="module")
+def bent(tmp_path_factory):
+    """A run that bends."""
+    run = create(tmp_path_factory.mktemp("begin") / "bent", problem())
+    complete(run, lambda event: None)
+    return run
+
+
+@pytest.mark.slow
+def test_a_run_goes_on_from_a_design_for_another_task(bent, tmp_path):
+    before = bent.history()[-1]
+    least = 0.99 * np.degrees(before.tasks["bend"].rotation[1])
+    less = problem().with_changes(
+        {
+            "task[0].objective": {"kind": "minimize", "of": "mass"},
+            "task[0].limits": {"at_least": {"bending_y": f"{least} deg"}},
+        }
+    )
+    run = create(tmp_path / "less", less, bent.path)
+    complete(run, lambda event: None)
+    first, *_, last = run.history()
+    # The same body in the same state, of which the mass counts now.
+    assert first.iteration == 0 and first.held
+    assert first.tasks["bend"].rotation == pytest.approx(before.tasks["bend"].rotation, rel=1e-6)
+    one, other = bent.load_design(before.iteration), run.load_design(0)
+    np.testing.assert_array_equal(one.exterior, other.exterior)
+    assert last.held and last.objective < 0.995 * first.objective
+    assert np.degrees(last.tasks["bend"].rotation[1]) >= least * (1 - 1e-6)
+    # It is a run like others, which is taken up again.
+    assert open_run(run.path).result().completed
+
+
+def test_what_it_cannot_begin_with_is_named(bent, tmp_path):
+    with pytest.raises(ProblemError, match=r"another problem \(body.chamber\[0\].radius differs\)"):
+        create(tmp_path / "other", problem(**{"body__chamber[0]__radius": "2.4 mm"}), bent.path)
+    with pytest.raises(ProblemError, match="is not a run directory"):
+        create(tmp_path / "none", problem(), tmp_path / "nothing")
+    assert not (tmp_path / "other").exists()
