@@ -10,10 +10,11 @@ from solids import box, cylinder, problem, written
 from pneumorph.geometry.lattice import deviations_of
 from pneumorph.geometry.lattice.pieces import displaced, patches_of
 from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.limits.lattice.beside import beside
 from pneumorph.limits.lattice.neighbours import balls, close_pairs
 from pneumorph.limits.lattice.parts import foremost
 from pneumorph.limits.lattice.sampled import scalings
-from pneumorph.limits.lattice.triangles import distances
+from pneumorph.limits.lattice.triangles import bowed_distances, distances
 from pneumorph.limits.of_shape import lattice_limits, limits_of
 from pneumorph.limits.table import ROWS
 from pneumorph.optimize.smoothing import build_smoothing
@@ -30,6 +31,8 @@ envelope = { radius = "13 mm" }
 """
 STEPS = np.linspace(0.0, 1.0, 13)
 GRID = np.array([[1 - u - v, u, v] for u in STEPS for v in STEPS if u + v <= 1 + 1e-12])
+
+AFTER = np.roll(GRID, -1, axis=1)
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +80,52 @@ def test_distances_of_triangles(corners, apart):
     assert np.linalg.norm(u[0] @ a[0] - v[0] @ b[0]) == pytest.approx(distance[0], abs=1e-6)
 
 
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(CORNER, min_size=6, max_size=6), st.lists(CORNER, min_size=6, max_size=6), st.floats(0, 2), st.floats(0, 1)
+)
+def test_distances_of_triangles_that_bow(corners, bows, apart, by):
+    x = np.array(corners).reshape(2, 1, 3, 3) + np.array([0, 0, apart]) * np.arange(2)[:, None, None, None]
+    bow = by * np.array(bows).reshape(2, 1, 3, 3)
+    first = np.zeros(1, int)
+    _, u, v = distances(x[0], x[1], first, first)
+    lower = bowed_distances(((x[0], bow[0], np.zeros(1)), (x[1], bow[1], np.zeros(1))), first, first, u, v)
+    shapes = 4.0 * GRID * AFTER
+    one, other = GRID @ x[0, 0] + shapes @ bow[0, 0], GRID @ x[1, 0] + shapes @ bow[1, 0]
+    assert lower[0] <= np.linalg.norm(one[:, None] - other, axis=2).min() + 1e-9
+
+
+def neighbours(X, map_of, neighbourhood):
+    """The bound of `beside` for two flat triangles (3, 3) that a linear map moves, and the least sampled distance."""
+    still = np.zeros(1)
+    sides = [(part[None], still, part[None] @ map_of.T, still) for part in X]
+    within, lower = np.zeros(1, bool), np.zeros(1)
+    beside(*sides, (np.zeros(1, int), np.zeros(1, int), np.ones(1, bool)), neighbourhood, (within, lower))
+    one, other = GRID @ X[0], GRID @ X[1]
+    ways = one[:, None] - other
+    counts = np.linalg.norm(ways, axis=2) >= neighbourhood
+    assert not (within[0] and counts.any())
+    return lower[0], np.linalg.norm(ways @ map_of.T, axis=2)[counts].min(initial=np.inf)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(CORNER, min_size=6, max_size=6), st.lists(CORNER, min_size=3, max_size=3), st.floats(0, 2))
+def test_distances_beyond_a_neighbourhood(corners, map_of, apart):
+    X = np.array(corners).reshape(2, 3, 3) + apart * np.array([[[0, 0, 0]], [[1, 0, 0]]])
+    lower, sampled = neighbours(X, np.eye(3) + np.array(map_of), 1.0)
+    assert lower <= sampled + 1e-9
+
+
+def test_distances_beyond_a_neighbourhood_err_by_the_square_of_the_size():
+    unit = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.0], [0.1, 0.9, 0.1]])
+    short = []
+    for size in (0.2, 0.1, 0.05):
+        X = np.stack([size * unit, np.array([1.0, 0.0, 0.0]) + size * (unit - 0.3)])
+        lower, _ = neighbours(X, np.diag([0.6, 1.0, 1.0]), 1.0)
+        short.append(0.6 - lower)
+    assert 0.0 < short[2] < short[1] / 3.5 < short[0] / 12.0
+
+
 @pytest.mark.parametrize(("seed", "far"), [(0, 0.5), (1, 2.0)])
 def test_pieces_contain_their_points(block, seed, far):
     body = moved(block[1], seed, far)
@@ -88,9 +137,13 @@ def test_pieces_contain_their_points(block, seed, far):
             points = shown.at(np.repeat(pieces.patch, len(GRID)), inside).reshape(len(pieces.patch), -1, 3)
             away = np.linalg.norm(points - np.einsum("gc,ncb->ngb", GRID, pieces.x), axis=2).max(axis=1)
             assert (away <= pieces.error + 1e-9).all()
-            errors.append(pieces.error.max())
+            bow, rest = shown.bows(pieces)
+            bowed = np.einsum("gc,ncb->ngb", GRID, pieces.x) + np.einsum("ge,neb->ngb", 4 * GRID * AFTER, bow)
+            assert (np.linalg.norm(points - bowed, axis=2).max(axis=1) <= rest + 1e-9).all()
+            errors.append([pieces.error.max(), rest.max()])
             pieces = shown.divided(pieces)
-        assert 0.0 < errors[2] < errors[0] / 14
+        assert (np.array(errors[2]) > 0.0).all()
+        assert (np.array(errors[2]) < np.array(errors[0]) / [14, 50]).all()
 
 
 def test_points_and_gradients_are_those_of_the_lattice(block):

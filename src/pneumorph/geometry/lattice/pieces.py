@@ -12,6 +12,13 @@ with the edges d_e and the distances m_e of their middles on the face from those
 since 2 |w_k| |w_l| ≤ w_k² r_l / r_k + w_l² r_k / r_l. Derivatives are bounded in the knot cells around the face by the
 largest of their B-spline coefficients, which are differences of control points; second ones also by their values in the
 middle of a piece and third ones. Both terms fall to a quarter, or more, where a piece is divided into four.
+
+Where that is too coarse, the quadratic triangle through the corners and the middles of the edges tells the direction
+in which the surface deviates. The rest is at most c (Σ T_klm w_k w_l w_m + 3 Σ Q_kl w_k z_l): T and Q bound the third
+and second derivatives of φ, w and z the first and second ones of x̂ along barycentric coordinates. It is the sum of
+Taylor's remainders from the six nodes, each times the function N_a of its node (Ciarlet & Raviart 1972, "General
+Lagrange and Hermite interpolation in Rⁿ"), so that c = max Σ_a |N_a| t_a³ / 6, where t_a is half the sum of the
+differences of barycentric coordinates. It falls to an eighth.
 """
 
 from __future__ import annotations
@@ -41,6 +48,7 @@ _SECOND = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 # The uniform cubic B-splines (columns) of a knot span, by the powers of the fraction of the way through it.
 _POWERS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6.0
 _DIVIDED = np.vstack([np.eye(3), _MIDDLES])
+_REST = 0.034  # c of the quadratic triangle, at (0.155, 0.155, 0.69)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,18 +207,10 @@ class Displaced:
     @cached_property
     def bends(self) -> Floats:
         """(m, 3, 3): bounds of |∂²φ/∂x_k∂x_m| there, 1/mm."""
-        return self.bends_over(*self.patches.spans)
-
-    def bends_over(self, first: Ints, last: Ints) -> Floats:
-        """The same (n, 3, 3) on boxes from the first to the last knot span (n, 3) along each axis."""
-        counts = self.patches.lattice.spans
-        # Many boxes are the same.
-        code = np.ravel_multi_index((*first.T, *last.T), (*counts, *counts))
-        _, some, which = np.unique(code, return_index=True, return_inverse=True)
-        found = np.empty((len(some), 3, 3))
+        found = np.empty((len(self.patches.nodes), 3, 3))
         for (k, m), size in self._sizes[1].items():
-            found[:, k, m] = found[:, m, k] = self._over(size, first[some], last[some])
-        return found[which]
+            found[:, k, m] = found[:, m, k] = self._over(size, *self.patches.spans)
+        return found
 
     @cached_property
     def _sizes(self) -> tuple[list[Floats], dict[tuple[int, int], Floats]]:
@@ -300,6 +300,20 @@ class Displaced:
         place = np.concatenate([pieces.place, place.reshape(-1, 3, 3)], axis=1)[:, PARTS]
         shape = (-1, 3, 3)
         return self._made(np.repeat(pieces.patch, 4), bary.reshape(shape), place.reshape(shape), x.reshape(shape))
+
+    def bows(self, pieces: Pieces) -> tuple[Floats, Floats]:
+        """How far the middles of the edges 01, 12 and 20 of pieces are from those of flat triangles, (n, 3, 3) in mm.
+
+        And how far the surface may be from the quadratic triangles through corners and middles, (n,) in mm.
+        """
+        around = np.roll(np.arange(3), -1)
+        bary = (pieces.bary + pieces.bary[:, around]) / 2.0
+        place = self.patches.places(np.repeat(pieces.patch, 3), bary.reshape(-1, 3))
+        off = np.abs(place.reshape(bary.shape) - (pieces.place + pieces.place[:, around]) / 2.0).max(axis=1)
+        w, z = np.ptp(pieces.place, axis=1) + 8.0 * off, 10.0 * off
+        third = np.where(self.still[pieces.patch, None, None, None], 0.0, self._twists[pieces.patch])
+        rest = np.einsum("nklm,nk,nl,nm->n", third, w, w, w) + 3.0 * np.einsum("nkl,nk,nl->n", pieces.bends, w, z)
+        return self.map(place).reshape(bary.shape) - (pieces.x + pieces.x[:, around]) / 2.0, _REST * rest
 
     def _made(self, patch: Ints, bary: Floats, place: Floats, x: Floats | None) -> Pieces:
         if x is None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
@@ -17,9 +16,10 @@ from pneumorph.geometry.lattice.pieces import Displaced, Patches, Pieces, displa
 from pneumorph.geometry.regions import Region
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.limits.certify.enclosed import Accuracy, CellBounds, Gaps
+from pneumorph.limits.lattice.beside import beside
 from pneumorph.limits.lattice.neighbours import Links, balls, close_pairs
 from pneumorph.limits.lattice.rims import Rims
-from pneumorph.limits.lattice.triangles import distances
+from pneumorph.limits.lattice.triangles import bowed_distances, distances
 from pneumorph.limits.rows.sampled import worst_of_cells
 
 if TYPE_CHECKING:
@@ -243,12 +243,7 @@ class EnclosedLattices:
         a, b = np.zeros((count, 3)), np.zeros((count, 3))
         one, other = self.whole[first], self.whole[second]
         origin, (i, j) = np.arange(count), pairs.T
-        bends, known = np.zeros((count, 3, 3)), np.zeros(count, bool)
-        if first == second:
-            known = self.links[first].hold(i, j)
-            starts, ends = self.patches[first].spans
-            low, high = np.minimum(starts[i], starts[j]), np.maximum(ends[i], ends[j])
-            bends[known] = self.surfaces[first].bends_over(low[known], high[known])
+        known = self.links[first].hold(i, j) if first == second else np.zeros(count, bool)
         for level in range(LEVELS + 1):
             stop_if_asked()
             (here, small), (there, large) = balls(one.x), balls(other.x)
@@ -256,7 +251,7 @@ class EnclosedLattices:
             small, large = small + ours, large + their
             least = np.linalg.norm(here[i] - there[j], axis=1) - small[i] - large[j]
             if first == second:
-                within, beside = self._beside(first, one, other, i, j, origin, bends, known)
+                within, beside = self._beside(one, other, i, j, known[origin])
                 beside = beside - self.margins[first][one.patch[i]] - self.margins[first][other.patch[j]]
                 least = np.where(within, np.inf, np.maximum(least, beside))
             elif (first, second) in self.rims:
@@ -267,7 +262,12 @@ class EnclosedLattices:
             measured = np.flatnonzero(least < needed)
             error = ours[i[measured]] + their[j[measured]]
             flat = distances(one.x, other.x, i[measured], j[measured], needed[measured] + error)
-            gap = flat[0] - error
+            gap = np.maximum(flat[0] - error, 0.0)
+            short = np.flatnonzero((gap < needed[measured]) & (flat[0] > 0.0))
+            bowed = self._bowed(
+                first, second, one, other, i[measured[short]], j[measured[short]], flat[1][short], flat[2][short]
+            )
+            gap[short] = np.maximum(gap[short], bowed)
             least[measured] = np.maximum(least[measured], gap)
             # Only what may be nearer than all that is known is evaluated.
             nearer = np.flatnonzero(least[measured] < attained[origin[measured]])
@@ -290,6 +290,19 @@ class EnclosedLattices:
             origin, i, j = origin[some], i[some], j[some]
             one, other, origin, i, j = self._divided(first, second, one, other, origin, i, j)
         return np.maximum(lower, 0.0), attained, a, b
+
+    def _bowed(
+        self, first: int, second: int, one: Pieces, other: Pieces, i: Ints, j: Ints, u: Floats, v: Floats
+    ) -> Floats:
+        """Lower bounds (n,) of the distances of pairs of pieces with the closest points of their flat triangles."""
+        sides, pairs = [], []
+        for number, pieces, some in ((first, one, i), (second, other, j)):
+            used, which = np.unique(some, return_inverse=True)
+            used = pieces[used]
+            bow, rest = self.surfaces[number].bows(used)
+            sides.append((used.x, bow, rest + self.margins[number][used.patch]))
+            pairs.append(which)
+        return bowed_distances((sides[0], sides[1]), pairs[0], pairs[1], u, v)
 
     @staticmethod
     def _asked(
@@ -345,56 +358,16 @@ class EnclosedLattices:
         """How far the faces of the file may be from the flat triangles of pieces (n,) of a surface, mm."""
         return pieces.error + self.margins[number][pieces.patch]
 
-    def _beside(
-        self, number: int, one: Pieces, other: Pieces, i: Ints, j: Ints, origin: Ints, bends: Floats, known: Mask
-    ) -> tuple[Mask, Floats]:
+    def _beside(self, one: Pieces, other: Pieces, i: Ints, j: Ints, known: Mask) -> tuple[Mask, Floats]:
         """Of pairs of pieces of a surface: which are wholly in the neighbourhood of each other, and lower bounds of the
-        distances of points that count.
-
-        Between two points the map φ changes, along the straight way between them in the reference, by at least the
-        least stretch of its gradient at one place, minus by how much the gradient differs from that on the way. Such
-        bounds are zero where triangles are not linked.
+        distances of points that count; see `beside`. Bounds are zero for pairs that are not linked.
         """
-        middles = one.place.mean(axis=1)
-        least = np.linalg.svd(self.surfaces[number].gradients(middles), compute_uv=False)[:, -1]
         within, lower = np.zeros(len(i), bool), np.zeros(len(i))
-        sides = (one.place, one.bulge, middles, least), (other.place, other.bulge)
-        _beside(*sides, (i, j, origin), bends, known, self.spec.fold.neighbourhood, (within, lower))
+        ours, their = ((each.place, each.bulge, each.x, each.error) for each in (one, other))
+        beside(ours, their, (i, j, known), self.spec.fold.neighbourhood, (within, lower))
         return within, lower
 
 
 def coordinates(at: Floats) -> tuple[Ints, Floats]:
     """Triangles (n,) and barycentric coordinates (n, 3) of points (n, 3) given as in `places.Points`."""
     return at[:, 0].astype(int), np.column_stack([1.0 - at[:, 1] - at[:, 2], at[:, 1:]])
-
-
-@numba.njit(cache=True, nogil=True)
-def _beside(one, other, pairs, bends, known, neighbourhood, into):
-    """Fill in what `EnclosedLattices._beside` returns."""
-    (i, j, origin), (within, lower) = pairs, into
-    (place_a, bulge_a, middles, least), (place_b, bulge_b) = one, other
-    reach = np.empty(3)
-    for n in range(len(i)):
-        if not known[origin[n]]:
-            continue
-        a, b = i[n], j[n]
-        spread, bulge = 0.0, bulge_a[a] + bulge_b[b]
-        for k in range(3):
-            for m in range(3):
-                away = 0.0
-                for c in range(3):
-                    away += (place_a[a, k, c] - place_b[b, m, c]) ** 2
-                spread = max(spread, away)
-        within[n] = np.sqrt(spread) + bulge < neighbourhood
-        for c in range(3):
-            reach[c] = 0.0
-            for k in range(3):
-                reach[c] = max(reach[c], abs(place_a[a, k, c] - middles[a, c]), abs(place_b[b, k, c] - middles[a, c]))
-            reach[c] += bulge
-        differs = 0.0
-        for k in range(3):
-            by = 0.0
-            for c in range(3):
-                by += bends[origin[n], k, c] * reach[c]
-            differs += by * by
-        lower[n] = neighbourhood * max(least[a] - np.sqrt(differs), 0.0)

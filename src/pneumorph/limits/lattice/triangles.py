@@ -1,4 +1,4 @@
-"""Distances of flat triangles."""
+"""Distances of flat triangles, and of surfaces that bow out of them."""
 
 from __future__ import annotations
 
@@ -33,6 +33,67 @@ def distances(a: Floats, b: Floats, i: Ints, j: Ints, enough: Floats | None = No
     a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
     _distances((a, _normals(a)), (b, _normals(b)), (i, j), enough, (distance, u, v))
     return distance, u, v
+
+
+def bowed_distances(
+    sides: tuple[tuple[Floats, Floats, Floats], tuple[Floats, Floats, Floats]], i: Ints, j: Ints, u: Floats, v: Floats
+) -> Floats:
+    """Lower bounds (n,) of the distances of pairs of surfaces that are near quadratic triangles.
+
+    A plane across the line between the closest points of the flat triangles holds these apart. Nearer are only surfaces
+    that bow towards each other across it.
+
+    Parameters
+    ----------
+    sides : two tuples
+        Corners (m, 3, 3) of flat triangles, how far the middles of the edges 01, 12 and 20 of quadratic ones are from
+        those of these (m, 3, 3), and how far the surface may be from the latter (m,).
+    i, j : (n,) arrays
+        Pairs of indices into these.
+    u, v : (n, 3) arrays
+        Barycentric coordinates of the closest points of the flat triangles.
+    """
+    lower = np.zeros(len(i))
+    _bowed(*sides, (i, j, u, v), lower)
+    return lower
+
+
+@numba.njit(cache=True, nogil=True)
+def _bowed(one, other, pairs, lower):
+    """Fill in what `bowed_distances` returns."""
+    (x, bow_x, rest_x), (y, bow_y, rest_y), (i, j, u, v) = one, other, pairs
+    way = np.empty(3)
+    for n in range(len(i)):
+        a, b = i[n], j[n]
+        away = 0.0
+        for c in range(3):
+            way[c] = 0.0
+            for k in range(3):
+                way[c] += u[n, k] * x[a, k, c] - v[n, k] * y[b, k, c]
+            away += way[c] * way[c]
+        away = np.sqrt(away)
+        if away > 0.0:
+            low, high = np.inf, -np.inf
+            for k in range(3):
+                low = min(low, _along(way, x[a, k]))
+                high = max(high, _along(way, y[b, k]))
+            nearer = _bulge(way, bow_x[a], -1.0) + _bulge(way, bow_y[b], 1.0)
+            lower[n] = max((low - high - nearer) / away - rest_x[a] - rest_y[b], 0.0)
+
+
+@numba.njit(cache=True, nogil=True)
+def _along(way, x):
+    return way[0] * x[0] + way[1] * x[1] + way[2] * x[2]
+
+
+@numba.njit(cache=True, nogil=True)
+def _bulge(way, bow, sign):
+    """The most that Σ 4 λ_i λ_j b_ij is along a way; where all are positive, 4 Σ λ_i λ_j is at most 4/3."""
+    most, least = 0.0, np.inf
+    for k in range(3):
+        by = sign * _along(way, bow[k])
+        most, least = max(most, by), min(least, by)
+    return most if least <= 0.0 else 4.0 / 3.0 * most
 
 
 def _normals(triangles: Floats) -> Floats:
