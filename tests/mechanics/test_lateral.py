@@ -10,6 +10,7 @@ from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import (
     NoEquilibrium,
     Tangent,
+    buckling_load,
     build_loads,
     build_model,
     configure,
@@ -19,7 +20,9 @@ from pneumorph.mechanics import (
     neo_hookean_rubber,
     rest,
     softest,
+    softest_of_kinds,
     solve,
+    stable_against_kinds,
     whole_of,
 )
 from pneumorph.mesh.tube import mesh_body
@@ -78,6 +81,10 @@ def test_the_kinds_together_are_the_whole_body(mirror, force, mixed, plate):
         assert one.stable == (tangent.negative_pivots == 0)
         assert np.abs(one.motion.u).max() <= 1.0 + 1e-9
     assert pivots == whole.negative_pivots(at, found.state)
+    pairs = [(kind, tangent) for kind in kinds]
+    assert [one.stiffness for one in softest_of_kinds(at, found.state, pairs)] == pytest.approx(stiffnesses)
+    flags = [stiffness > 0.0 for stiffness in stiffnesses]
+    assert stable_against_kinds(at, found.state, pairs) == flags
     assert known.stable == (pivots == 0)
     if force:
         assert (min(stiffnesses) < 0.0) == (pivots > 0)
@@ -96,6 +103,23 @@ def test_a_column_softens_in_proportion_to_its_load():
         ratios[force] = softest(lateral, found.state, tangent, masses, 1e-6).stiffness / still
     critical = [force / (1.0 - ratio) for force, ratio in ratios.items()]
     assert critical == pytest.approx([critical[0]] * 3, rel=0.1), ratios
+
+
+def test_the_buckling_load_is_known_from_less_load():
+    """What is pulled does not buckle, and where the column has buckled its load is all that it would bear."""
+
+    def bearing(force):
+        mesh, at, tangent, found = pushed(("xz", "yz"), force, pressure=0.0)
+        solver = Tangent(at.model)
+        motions = softest_of_kinds(at, found.state, [(kind, solver) for kind in lateral_models(at.model, mesh)])
+        return all(each.stable for each in motions), buckling_load(at, found.state, tangent, motions)
+
+    loads = {force: force * bearing(force)[1] for force in (0.2, 1.4, 2.4)}
+    critical = loads[2.4]
+    assert [*loads.values()] == pytest.approx([critical] * 3, rel=0.15), loads
+    assert bearing(0.95 * critical)[0]
+    assert bearing(1.05 * critical) == (False, 1.0)
+    assert bearing(-0.5)[0] and bearing(-0.5)[1] > 100.0
 
 
 @pytest.mark.parametrize("mixed", [False, True])

@@ -15,6 +15,7 @@ from pneumorph.mechanics import (
     neo_hookean_rubber,
     solve,
 )
+from pneumorph.mechanics.solve.balance import ratios_at
 from pneumorph.mechanics.solve.secants import MEMORY, Secants
 from pneumorph.verify.solids import tube
 
@@ -92,6 +93,29 @@ def test_stability_near_a_factorised_state_is_told_without_a_factorisation(chang
     before = solver.factorisations
     assert solver.pivots_at(at, found.state) == 0
     assert (solver.factorisations == before) == near
+
+
+def test_a_factorisation_with_the_stress_of_other_volume_ratios_serves_beside_the_equilibrium():
+    at, solver, found = inflated(0.03)
+    rhs = np.where(at.constrained, 0.0, np.random.default_rng(0).standard_normal(at.model.size))
+    exact = Tangent(at.model).solve_at(at, found.state, rhs)
+    ratios = ratios_at(at, at.model.vector(found.state))
+    solver.factorise(at, found.state, ratios + 1e-4 * np.random.default_rng(1).standard_normal(ratios.shape))
+    assert not solver.is_of(at, found.state)
+    before = solver.factorisations
+    assert solver.pivots_at(at, found.state) == 0
+    answer = solver.solve_at(at, found.state, rhs)
+    assert np.abs(answer - exact).max() < 1e-8 * np.abs(exact).max()
+    assert solver.factorisations == before
+
+
+def test_a_factorisation_with_a_raised_diagonal_says_nothing_of_stability():
+    at, solver, found = inflated(0.03)
+    solver.factorise(at, found.state, damping=np.full(at.model.size, 1e-9))
+    assert solver.negative_pivots == 0 and solver.origin is not None and solver.origin.raised
+    before = solver.factorisations
+    assert solver.pivots_at(at, found.state) == 0
+    assert solver.factorisations == before + 1
 
 
 def test_an_unstable_state_beside_a_stable_one_is_found_out():

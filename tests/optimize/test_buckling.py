@@ -6,8 +6,9 @@ from designing import accepted
 from texts import problem_text
 from tiny import REST
 
+from pneumorph.analysis import lateral_stiffness
 from pneumorph.errors import ProblemError
-from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, acceptance, design
+from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, acceptance, buckling, design
 from pneumorph.problem import loads
 
 COLUMN = problem_text(
@@ -44,6 +45,22 @@ def test_without_that_they_would_buckle(events, monkeypatch):
     finished = list(design(loads(COLUMN)))[-1]
     assert isinstance(finished, Finished) and finished.stable == {"extend": False}
     assert "buckles laterally" in finished.reason
+
+
+def test_a_body_far_from_buckling_is_judged_once_in_several_designs(monkeypatch):
+    """A tube that nothing pushes against: its pressure pulls it straight."""
+    judged = []
+
+    def counted(disc, analysis, at_rest=False):
+        judged.append(analysis)
+        return lateral_stiffness(disc, analysis, at_rest)
+
+    monkeypatch.setattr(buckling, "lateral_stiffness", counted)
+    events = list(design(loads(COLUMN.replace('"0.5 N/mm"', '"0 N/mm"').replace("= 5\n", "= 6\n"))))
+    tried = len(accepted(events)) - 1 + sum(isinstance(event, DesignRejected) for event in events)
+    assert tried >= 6 and len(judged) == 1 + (tried - 1) // (1 + buckling.LATERAL.unjudged)
+    finished = events[-1]
+    assert isinstance(finished, Finished) and finished.stable == {"extend": True}
 
 
 def test_a_stopped_run_goes_on_in_the_same_way(events):

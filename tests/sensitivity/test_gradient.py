@@ -87,6 +87,21 @@ def test_the_jacobian_of_residuals(plate, mixed):
     assert 2 * float(jacobian.residuals @ jacobian.pressure[:, 0]) == pytest.approx(slope.pressure["A"], rel=1e-8)
 
 
+def test_residuals_that_nothing_moves_cost_no_solution():
+    case = Case((1, 8, 6))
+    at, solver, found = case.solve()
+    still = Objective(lambda f: 0.0, residuals=lambda f: jnp.stack([f.translation[2], 3.0 + 0.0 * f.rotation[0]]))
+    alone = Objective(lambda f: 0.0, residuals=lambda f: f.translation[2:])
+    expected, before = residual_jacobian(at, solver, found, alone), solver.solves
+    both = residual_jacobian(at, solver, found, still)
+    assert solver.solves == before + 1
+    assert both.residuals[1] == 3.0 and not both.X[1].any() and not both.pressure[1].any()
+    assert np.array_equal(both.X[0], expected.X[0]) and np.array_equal(both.pressure[0], expected.pressure[0])
+    nothing = Objective(lambda f: 0.0, residuals=lambda f: 0.0 * f.rotation)
+    assert residual_jacobian(at, solver, found, nothing).X.shape == (3, *at.X.shape)
+    assert solver.solves == before + 1
+
+
 def test_a_wrong_gradient_fails_the_taylor_test():
     test = taylor_test(lambda x: float(np.sum(x**3)), np.ones(2), np.array([3.0, 3.3]), np.array([1.0, 2.0]), 0.1)
     assert not test.passed

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -28,6 +28,7 @@ from pneumorph.mechanics import (
     Softest,
     State,
     Tangent,
+    buckling_load,
     configure,
     deformation_gradients,
     diagnose,
@@ -37,15 +38,15 @@ from pneumorph.mechanics import (
     guided_of,
     lateral_models,
     loads_of,
-    masses_of,
     model_of,
     negative_motions,
     part_of,
     predict,
     rest,
     settled,
-    softest,
+    softest_of_kinds,
     solve,
+    stable_against_kinds,
     whole_of,
 )
 from pneumorph.mechanics.solve.balance import unloaded
@@ -307,13 +308,10 @@ def check_stability(disc: Discretisation, analysis: Analysis) -> dict[str, bool]
 @doing("looking for lateral buckling")
 def lateral_stability(disc: Discretisation, analysis: Analysis) -> dict[str, list[bool]]:
     """Whether every task is stable against each kind of lateral motion; there are none but between mirror planes."""
-    stable: dict[str, list[bool]] = {}
-    for name, at in analysis.configurations.items():
-        stable[name] = []
-        for kind, tangent in disc.lateral:
-            tangent.factorise(replace(at, model=kind), analysis.equilibria[name].state)
-            stable[name].append(tangent.negative_pivots == 0)
-    return stable
+    return {
+        name: stable_against_kinds(at, analysis.equilibria[name].state, disc.lateral)
+        for name, at in analysis.configurations.items()
+    }
 
 
 @doing("looking for lateral buckling")
@@ -321,10 +319,24 @@ def lateral_stiffness(disc: Discretisation, analysis: Analysis, at_rest: bool = 
     """The softest lateral motions of every task, one of each kind, at its state or at rest without its loads."""
     motions: dict[str, list[Softest]] = {}
     for name, at in analysis.configurations.items():
-        masses, state = masses_of(at), rest(at.model) if at_rest else analysis.equilibria[name].state
-        at = unloaded(at) if at_rest else at
-        motions[name] = [softest(replace(at, model=kind), state, tangent, masses) for kind, tangent in disc.lateral]
+        state = rest(at.model) if at_rest else analysis.equilibria[name].state
+        motions[name] = softest_of_kinds(unloaded(at) if at_rest else at, state, disc.lateral)
     return motions
+
+
+def buckling_loads(
+    disc: Discretisation, analysis: Analysis, motions: Mapping[str, Sequence[Softest]]
+) -> dict[str, float]:
+    """The factors of the loads at which the softest lateral motions would buckle, see `mechanics.solve.lateral`.
+
+    1 where a chamber is filled or sealed, for which that is not known.
+    """
+    return {
+        name: buckling_load(at, analysis.equilibria[name].state, disc.tangents[name], motions[name])
+        if at.enclosed is None
+        else 1.0
+        for name, at in analysis.configurations.items()
+    }
 
 
 def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:

@@ -68,7 +68,7 @@ def design_slopes(problem: Problem, space: DesignSpace, disc: Discretisation, an
                     continue
                 residuals, jacobian = _jacobian(space, disc, task.name, each)
                 squares += 2.0 * weight * residuals @ jacobian
-                factors.append(np.sqrt(2.0 * weight) * jacobian)
+                factors.append(np.sqrt(2.0 * weight) * jacobian[jacobian.any(axis=1)])
     return Slopes(rest + squares, rest, np.concatenate(factors))
 
 

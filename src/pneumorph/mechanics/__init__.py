@@ -26,7 +26,15 @@ from pneumorph.mechanics.solve.equilibrium import (
 )
 from pneumorph.mechanics.solve.forces import ContactForces, contact_forces
 from pneumorph.mechanics.solve.friction_sweep import sweep_with_friction
-from pneumorph.mechanics.solve.lateral import Softest, lateral_models, masses_of, softest
+from pneumorph.mechanics.solve.lateral import (
+    Softest,
+    buckling_load,
+    lateral_models,
+    masses_of,
+    softest,
+    softest_of_kinds,
+    stable_against_kinds,
+)
 from pneumorph.mechanics.solve.memory_sweep import sweep_with_memory
 from pneumorph.mechanics.solve.mirror import breaking_loads, mirrors_of, sealed
 from pneumorph.mechanics.solve.part import part_of
@@ -56,6 +64,7 @@ __all__ = [
     "Tangent",
     "Whole",
     "breaking_loads",
+    "buckling_load",
     "build_loads",
     "build_model",
     "configure",
@@ -88,7 +97,9 @@ __all__ = [
     "secant_start",
     "settled",
     "softest",
+    "softest_of_kinds",
     "solve",
+    "stable_against_kinds",
     "sweep",
     "sweep_with_friction",
     "sweep_with_memory",

@@ -1,18 +1,21 @@
 """Keep designs from buckling laterally where part of the body is solved, whose states know of no such motion.
 
-Every design is judged by its pivots against all motions of the whole body. Once a step would have buckled, the steps
-after it are told how stiff the body is (`mechanics.solve.lateral`) and how this changes.
+Designs are judged by their pivots against all motions of the whole body, which costs a factorisation for each kind of
+motion. Where a design would bear several times its loads, the next few are not factorised; the last design of a run
+always is (`analysis.check_stability`). Once a step would have buckled, all are, and the steps after it are told how
+stiff the body is (`mechanics.solve.lateral`) and how this changes.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, lateral_slope_of, lateral_stability, lateral_stiffness
+from pneumorph.analysis import Analysis, Discretisation, buckling_loads, lateral_slope_of, lateral_stiffness
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Softest
@@ -33,6 +36,13 @@ class LateralSettings:
     far: float = 0.5
     """Above this part of the stiffness at rest a body is far from buckling, and steps need no row for it."""
 
+    safe: float = 3.0
+    """A design that would buckle at more than this multiple of its loads is far enough for the next ones not to be
+    judged: a column before its first step that buckles is at 1.25 and 1.06 times."""
+
+    unjudged: int = 4
+    """Most designs in a row that are not judged."""
+
 
 LATERAL = LateralSettings()
 
@@ -49,11 +59,18 @@ class LateralStability:
         The softest of every kind, once a step would have buckled.
     at_rest : {task: stiffnesses}
         Those at rest of the first design of which a step would have buckled; nothing before.
+    load : float
+        The least multiple of the loads at which the last design that was judged would buckle, to first order; 1 once a
+        step would have.
+    unjudged : int
+        How many designs have not been judged since.
     """
 
     stable: Mapping[str, Sequence[bool]]
     softest: Mapping[str, Sequence[Softest]]
     at_rest: Stiffnesses
+    load: float = 1.0
+    unjudged: int = 0
 
     def pack(self) -> dict[str, Any]:
         """Arrays from which `unpack_at_rest` restores the stiffnesses at rest."""
@@ -89,12 +106,26 @@ def unpack_at_rest(disc: Discretisation, arrays: Mapping[str, Any]) -> Stiffness
 
 def judge(disc: Discretisation, analysis: Analysis, at_rest: Stiffnesses) -> LateralStability:
     """The lateral stability of a design; with its stiffness, if stiffnesses at rest are given."""
-    if not at_rest:
-        return LateralStability(lateral_stability(disc, analysis), {}, {})
     softest = lateral_stiffness(disc, analysis)
-    return LateralStability(
-        {name: [each.stable for each in motions] for name, motions in softest.items()}, softest, at_rest
-    )
+    stable = {name: [each.stable for each in motions] for name, motions in softest.items()}
+    if at_rest:
+        return LateralStability(stable, softest, at_rest)
+    if not disc.lateral:
+        return LateralStability(stable, {}, {}, math.inf)
+    return LateralStability(stable, {}, {}, min(buckling_loads(disc, analysis, softest).values()))
+
+
+def judge_after(disc: Discretisation, analysis: Analysis, before: LateralStability) -> LateralStability:
+    """The lateral stability of a design a step after another, which is as that one's where it was far from buckling.
+
+    Parameters
+    ----------
+    disc, analysis : the mesh of the design, perhaps a new one, and its states.
+    before : of the design before the step.
+    """
+    if before.load > LATERAL.safe and before.unjudged < LATERAL.unjudged:
+        return replace(before, unjudged=before.unjudged + 1)
+    return judge(disc, analysis, before.at_rest)
 
 
 def judge_closely(disc: Discretisation, analysis: Analysis) -> LateralStability:

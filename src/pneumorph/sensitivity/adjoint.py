@@ -21,6 +21,9 @@ from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.solve.border import border_at
 from pneumorph.objective import Objective
 
+NOTHING = 1e-12
+"""Derivatives of a residual below this part of the largest of all are rounding errors."""
+
 
 class Sloped(Protocol):
     """A function of a state with its derivatives, such as an `Objective` or a `StrainShare`.
@@ -121,7 +124,7 @@ def gradient(
 def residual_jacobian(
     at: Configuration, tangent: Tangent, equilibrium: Equilibrium, objective: Objective, accuracy: float = EXACT
 ) -> NodalJacobian:
-    """Derivatives of an objective's residuals, from one adjoint for each, all in one call of the linear solver.
+    """Derivatives of an objective's residuals, from one adjoint for each that moves, all in one call.
 
     Parameters
     ----------
@@ -138,12 +141,25 @@ def residual_jacobian(
     model, state = at.model, equilibrium.state
     values, direct, seeds = objective.jacobian(model, at.X, state)
     rhs = np.array([np.where(at.constrained, 0.0, model.vector(seed)) for seed in seeds])
-    solved, more = with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T, accuracy).T)
-    ws = [model.state(w) for w in solved]
-    shapes, acting = zip(*products.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
-    pressures = np.array([by_known(at, -np.asarray(loads.pressure)) for loads in acting])
-    reinforcement = -np.array([loads.reinforcement for loads in acting])
-    return NodalJacobian(values, direct - np.array(shapes) + more, pressures, reinforcement)
+    X, pressures = np.zeros(direct.shape), np.zeros((len(values), len(model.chambers)))
+    reinforcement = np.zeros((len(values), *np.shape(at.loads.reinforcement)))
+    if (own := np.flatnonzero(_moving(rhs, direct))).size:
+        solved, more = with_border(at, tangent, state, tangent.solve_at(at, state, rhs[own].T, accuracy).T)
+        ws = [model.state(w) for w in solved]
+        shapes, acting = zip(*products.pullback(model.potential, at.X, state, at.loads, ws), strict=True)
+        X[own] = direct[own] - np.array(shapes) + more
+        pressures[own] = [by_known(at, -np.asarray(loads.pressure)) for loads in acting]
+        reinforcement[own] = [-np.asarray(loads.reinforcement) for loads in acting]
+    return NodalJacobian(values, X, pressures, reinforcement)
+
+
+def _moving(rhs: np.ndarray, direct: np.ndarray) -> np.ndarray:
+    """Which of k residuals (k,) bool change with the state or the shape at all, from these derivatives by them.
+
+    In a part between mirror planes, what would lead out of these is zero for every design.
+    """
+    sizes = np.array([np.linalg.norm(rhs, axis=1), np.linalg.norm(direct.reshape(len(direct), -1), axis=1)])
+    return (sizes > NOTHING * sizes.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
 
 
 def with_border(at: Configuration, tangent: Tangent, state: State, solved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

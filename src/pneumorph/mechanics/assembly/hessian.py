@@ -51,6 +51,24 @@ def tangent(
     metrics : Metrics
         Of the faces under sheets and fibres.
     """
+    return with_supports(model, unsupported(model, X, state, loads, ratios, metrics), blocked)
+
+
+def unsupported(
+    model: Model,
+    X: np.ndarray,
+    state: State,
+    loads: Loads,
+    ratios: np.ndarray | None = None,
+    metrics: Metrics = (),
+) -> np.ndarray:
+    """The same without supports and blocks, from which `with_supports` makes that of every model of the same mesh.
+
+    Parameters
+    ----------
+    model, X, state, loads, ratios, metrics
+        As for `tangent`.
+    """
     potential = taut(model, metrics) if metrics else model.potential
     regions = iter(model.regions.values())
     common = model.sparsity
@@ -71,6 +89,21 @@ def tangent(
             scatter(compression.ravel(), places.compression, data)
     if model.plate:
         _add_plate(model, potential, X, state, loads, data)
+    return data
+
+
+def with_supports(model: Model, data: np.ndarray, blocked: np.ndarray) -> np.ndarray:
+    """The values of `unsupported` with rows and columns of the identity, in place.
+
+    Parameters
+    ----------
+    model : Model
+        With its supports.
+    data : array
+        The values, which are changed.
+    blocked : (6,) bool
+        Components of the plate that are held.
+    """
     data[model.supported_values] = 0.0
     data[model.diagonal[model.fixed]] = 1.0
     if model.plate and blocked.any():

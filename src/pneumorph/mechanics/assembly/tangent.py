@@ -19,7 +19,7 @@ from pneumorph.doing import counted
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.enclosed import Enclosed
-from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
+from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent, with_supports
 from pneumorph.mechanics.assembly.krylov import Linear, Solution, conjugate_gradients, minimal_residuals
 from pneumorph.mechanics.assembly.linear import Factorisation, TooCostly, build_factorisation
 from pneumorph.mechanics.assembly.metrics import Metrics
@@ -83,13 +83,15 @@ MOST_KEPT = 3
 class Origin:
     """What was factorised at a state: its tangent if `exact`, else one like it that serves the search.
 
-    With `metrics` the tension of sheets and fibres was that of these, not of the state's own.
+    With `metrics` the tension of sheets and fibres was that of these, not of the state's own. If its diagonal was
+    `raised`, it is no measure of stability.
     """
 
     at: Configuration
     state: State
     exact: bool = True
     metrics: Metrics = ()
+    raised: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +201,8 @@ class Tangent:
         data = self._assembled(at, state, ratios, metrics)
         if damping is not None:
             data[self._pattern.indptr[:-1]] += damping
-        self.refactorise(data, Origin(at, state, ratios is None and damping is None and not metrics, metrics))
+        own, raised = ratios is None and not metrics, damping is not None
+        self.refactorise(data, Origin(at, state, own and not raised, metrics, raised))
         self.unit_seconds = time.perf_counter() - began
 
     def is_of(self, at: Configuration, state: State) -> bool:
@@ -210,10 +213,24 @@ class Tangent:
         origin = self.origin
         return origin is not None and origin.at is at and origin.state is state and origin.exact
 
-    def move_to(self, at: Configuration, state: State) -> None:
-        """Factorise at a state, unless the last factorisation is of it."""
-        if not self.is_of(at, state):
+    def move_to(self, at: Configuration, state: State, values: np.ndarray | None = None) -> None:
+        """Factorise at a state, unless the last factorisation is of it.
+
+        Parameters
+        ----------
+        at : Configuration
+            The model with its nodes and loads.
+        state : State
+            The unknowns.
+        values : array, optional
+            Of the tangent there without supports, if they are known; not where there is contact in pairs.
+        """
+        if self.is_of(at, state):
+            return
+        if values is None:
             self.factorise(at, state)
+        else:
+            self.refactorise(with_supports(at.model, values.copy(), at.blocked), Origin(at, state))
 
     def solve_at(self, at: Configuration, state: State, rhs: np.ndarray, accuracy: float = EXACT) -> np.ndarray:
         """K⁻¹ rhs (n,) or (n, k) with the tangent at this state.
@@ -244,9 +261,9 @@ class Tangent:
     def pivots_at(self, at: Configuration, state: State) -> int:
         """Negative pivots of the tangent at this state, see `negative_pivots`.
 
-        Where the last factorisation M is of a stable state nearby, all eigenvalues of M⁻¹K are close to 1. One that is
-        not would be found by Lanczos' method in a few steps from a random vector, for the softest motions are the
-        largest part of that in the norm of M. Then K is positive definite as M is; else it is factorised.
+        Where the last factorisation M is definite and of a state nearby, all eigenvalues of M⁻¹K are close to 1. One
+        that is not would be found by Lanczos' method in a few steps from a random vector, for the softest motions are
+        the largest part of that in the norm of M. Then K is positive definite as M is; else it is factorised.
         """
         if self._is_near(at, state):
             noise = np.where(at.constrained, 0.0, np.random.default_rng(0).standard_normal(self._model.size))
@@ -257,11 +274,14 @@ class Tangent:
         return self.negative_pivots
 
     def _is_near(self, at: Configuration, state: State) -> bool:
-        """Whether the last factorisation is of a stable state, another one of the same configuration, or is lent."""
+        """Whether the last factorisation is definite, and of another state of the same configuration, or lent.
+
+        It may be one with the stress of other volume ratios.
+        """
         origin, lent = self._serving.origin, self.borrows(at)
         if origin is None or self.is_of(at, state) or (self._model.mixed and not lent):
             return False
-        return (origin.at is at or lent) and origin.exact and self.negative_pivots == 0
+        return (origin.at is at or lent) and not origin.raised and self.negative_pivots == 0
 
     def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3, first: float = 0.0) -> float:
         """Factorise; if the tangent is unstable, raise its diagonal until it is stable. Returns by what fraction.
@@ -290,7 +310,7 @@ class Tangent:
             raised = data.copy()
             raised[places] += shift * diagonal
             began = time.perf_counter()
-            self.refactorise(raised, Origin(at, state, shift == 0.0))
+            self.refactorise(raised, Origin(at, state, shift == 0.0, raised=shift > 0.0))
             self.unit_seconds = assembled + time.perf_counter() - began
             if self.negative_pivots <= 0 or shift >= 10:
                 return shift

@@ -13,20 +13,28 @@ strains.)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
+from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.build import with_fixed
 from pneumorph.mechanics.assembly.displacement import Displacement
+from pneumorph.mechanics.assembly.hessian import unsupported
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import tip_centre
 from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.solve.balance import scaled
+from pneumorph.mechanics.solve.prediction import predict_change
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.symmetry.operations import NORMALS
 from pneumorph.symmetry.part import odd_of
+
+BESIDE = 1e-3
+"""Change of the load factor by which the change of λ is found: rounding errors are 1e-10 of λ or less."""
 
 STEPS, CLOSE = 20, 0.01
 """Most steps of Lanczos' method, and its relative accuracy, which it mostly has after three or four."""
@@ -96,7 +104,14 @@ def masses_of(at: Configuration) -> np.ndarray:
     return np.concatenate([np.repeat(nodes[model.independent], 3), others, plate])
 
 
-def softest(at: Configuration, state: State, tangent: Tangent, masses: np.ndarray, accuracy: float = CLOSE) -> Softest:
+def softest(
+    at: Configuration,
+    state: State,
+    tangent: Tangent,
+    masses: np.ndarray,
+    accuracy: float = CLOSE,
+    values: np.ndarray | None = None,
+) -> Softest:
     """Look for the softest motion of a model at a state, by Lanczos' method for K⁻¹M, of which eigenvalues are 1/λ.
 
     The tangent is factorised there. The search ends where a step changes λ by less than its relative `accuracy`.
@@ -113,9 +128,11 @@ def softest(at: Configuration, state: State, tangent: Tangent, masses: np.ndarra
         See `masses_of`, mm³.
     accuracy : float
         Relative, of λ.
+    values : array, optional
+        Of the tangent without supports, see `Tangent.move_to`.
     """
     model, free = at.model, ~at.constrained
-    tangent.move_to(at, state)
+    tangent.move_to(at, state, values)
     stable, masses = tangent.negative_pivots == 0, free * masses
     vector = free * tangent.precondition(masses * np.random.default_rng(0).standard_normal(model.size))
     basis, projected, value, chosen = np.zeros((0, model.size)), np.zeros((0, 0)), np.inf, -1 if stable else 0
@@ -137,3 +154,65 @@ def softest(at: Configuration, state: State, tangent: Tangent, masses: np.ndarra
     largest = np.abs(Displacement(model.tip, at.X, state).along(model.state(motion))).max()
     stiffness = 1.0 / value if stable else min(1.0 / value, 0.0)
     return Softest(at, model.state(motion / largest), stiffness, float(largest) ** -2, stable)
+
+
+def softest_of_kinds(at: Configuration, state: State, kinds: Sequence[tuple[Model, Tangent]]) -> list[Softest]:
+    """The softest motion of every kind at a state of the part, of whose tangent the elements are assembled once.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model of the part, with its nodes and loads.
+    state : State
+        The unknowns.
+    kinds : sequence of (Model, Tangent)
+        See `lateral_models`; the linear solver may be the same.
+    """
+    masses, values = masses_of(at), unsupported(at.model, at.X, state, at.loads)
+    return [softest(replace(at, model=kind), state, tangent, masses, values=values) for kind, tangent in kinds]
+
+
+def stable_against_kinds(at: Configuration, state: State, kinds: Sequence[tuple[Model, Tangent]]) -> list[bool]:
+    """Whether a state of the part is stable against the motions of every kind; as `softest_of_kinds`.
+
+    Parameters
+    ----------
+    at, state, kinds
+        As for `softest_of_kinds`.
+    """
+    values, stable = unsupported(at.model, at.X, state, at.loads), []
+    for kind, tangent in kinds:
+        tangent.move_to(replace(at, model=kind), state, values)
+        stable.append(tangent.negative_pivots == 0)
+    return stable
+
+
+def buckling_load(at: Configuration, state: State, tangent: Tangent, motions: Sequence[Softest]) -> float:
+    """The factor of the loads at which a first one of these motions would lose its stiffness λ, to first order.
+
+    Infinite where more load makes all of them stiffer, 1 where one has no stiffness left. λ changes with the load
+    factor along the path of states; as it is stationary in the motion, by wᵀ(dK)w / wᵀM w.
+
+    Parameters
+    ----------
+    at : Configuration
+        The model of the part, with its nodes and loads; without enclosed chambers.
+    state : State
+        Its equilibrium.
+    tangent : Tangent
+        Of its symmetric motions, with the last factorisation.
+    motions : sequence of Softest
+        The softest of each kind there.
+    """
+    model, begin = at.model, at.model.vector(state)
+    along = model.vector(predict_change(at, tangent, state, replace(at, loads=scaled(at.loads, 2.0)))) - begin
+
+    def stiffness(step: float) -> np.ndarray:
+        loads, there = scaled(at.loads, 1.0 + step), model.state(begin + step * along)
+        product = products.tangent_map(model.potential, at.X, there, loads)
+        return np.array([model.vector(w) @ model.vector(product(w)) for w in (each.motion for each in motions)])
+
+    rates = (stiffness(BESIDE) - stiffness(-BESIDE)) / (2.0 * BESIDE)
+    slopes = [rate / each.size for rate, each in zip(rates, motions, strict=True)]
+    lost = [1.0 - each.stiffness / slope for slope, each in zip(slopes, motions, strict=True) if slope < 0.0]
+    return 1.0 if any(not each.stable for each in motions) else min(lost, default=np.inf)
