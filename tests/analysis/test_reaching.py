@@ -94,3 +94,53 @@ def test_what_is_not_nearest_would_be_nearer_to_first_order(three, monkeypatch):
     motion = motion_at(three, {"A": 0.7 * LARGEST, "B": 0.2 * LARGEST})
     found = searcher(three, 3).reach({name: 3.0 * motion[name] for name in ("bending_x", "bending_y")})
     assert not found.reached and found.nearer > 0.1 * found.distance
+
+
+def test_a_push_is_found_again_and_balances_a_load(three):
+    """Pressures for a force: the plate that is held pushes with it, and a load of that size brings a free one there."""
+    pressures = {"A": 0.01, "B": 0.035, "C": 0.03}
+    (held,) = three.simulate({name: f"{p} MPa" for name, p in pressures.items()}, block="shift_x").steps
+    wanted = held.reaction["shift_x"]
+    answer = three.pressures_for({"push_shift_x": f"{wanted} N"})
+    found = answer.found
+    assert found.reached and found.solves <= 6 and abs(wanted) > 0.005
+    assert found.pushes["shift_x"] == pytest.approx(wanted, rel=1e-3) and abs(found.motion[0]) < 1e-9
+    assert f"force along x {wanted:.4g} N" in str(answer)
+    asked = {name: f"{p} MPa" for name, p in found.pressures.items()}
+    (again,) = three.simulate(asked, block="shift_x").steps
+    assert again.reaction["shift_x"] == pytest.approx(wanted, rel=2e-3)
+    loaded = three.problem.with_changes({"task[0].force": [f"{-wanted} N", "0 N", "0 N"]})
+    (free,) = pm.starting_design(loaded).simulate(asked).steps
+    (light,) = three.simulate(asked).steps
+    assert abs(free.translation[0]) < 3e-3 * abs(light.translation[0])
+
+
+def test_a_push_with_a_motion_under_a_load(three):
+    """Held beside its place, with something on the plate, it pushes and turns as wanted."""
+    loads = {"load": {"force_y": "0.003 N", "moment_z": "0.1 N*mm"}, "block": "shift_x=0.02 mm"}
+    base = three.pressures_for({"push_shift_x": "0 N"}, **loads).found
+    assert base.motion[0] == pytest.approx(0.02) and base.reached
+    pushed = base.pushes["shift_x"] + 0.003
+    found = three.pressures_for({"push_shift_x": f"{pushed} N", "bending_x": f"{base.motion[3]} rad"}, **loads).found
+    assert found.reached and found.pushes["shift_x"] == pytest.approx(pushed, abs=1e-5)
+    problem = three.problem.with_changes(
+        {
+            "task[0].force": ["0 N", "0.003 N", "0 N"],
+            "task[0].moment": ["0 N*mm", "0 N*mm", "0.1 N*mm"],
+            "task[0].hold": {"shift_x": "0.02 mm"},
+        }
+    )
+    asked = {name: f"{p} MPa" for name, p in found.pressures.items()}
+    (exact,) = pm.starting_design(problem).simulate(asked).steps
+    assert exact.reaction["shift_x"] == pytest.approx(found.pushes["shift_x"], rel=2e-3, abs=1e-5)
+    np.testing.assert_allclose([*exact.translation, *exact.rotation], found.motion, atol=2e-4)
+
+
+def test_where_gravity_points_is_a_load():
+    design = arm(2)
+    heavy = design.problem.with_changes({"gravity": {"direction": [-1, 0, 0], "acceleration": "98.1 m/s^2"}})
+    design = pm.starting_design(heavy)
+    (still,) = design.simulate({"A": "0 kPa", "B": "0 kPa"}).steps
+    # Of itself it hangs towards -x; hung up along its axis it does not bend at all.
+    found = design.pressures_for({"bending_y": "0 deg"}, load={"gravity": "0,0,1"}).found
+    assert found.reached and max(found.pressures.values()) < 1e-3 < abs(still.rotation[1])

@@ -41,6 +41,16 @@ def test_a_motion_and_one_that_is_out_of_reach(run, tiny, tmp_path):
         (("extension=2mm", "--task", "jump"), "jump"),
         (("extension=2mm", "--curve", "none.csv"), "--curve"),
         (("--curve", "none.csv"), "none.csv"),
+        (("push_extension=2mm",), "push_extension: "),
+        (("push_stretch=2N",), "push_stretch: is no motion"),
+        (("extension=2mm", "--block", "axial"), "extension: is held"),
+        (("extension=2mm", "push_extension=1N"), "extension: is held"),
+        (("push_extension=1N", "--block", "axial=0:2:1mm"), "block axial: is held at one value"),
+        (("push_extension=1N", "--block", "wrist"), "wrist"),
+        (("extension=2mm", "--load", "force=1N"), "load force: is no load"),
+        (("extension=2mm", "--load", "force_x=1mm"), "load force_x: "),
+        (("extension=2mm", "--load", "force_x"), "has no value"),
+        (("extension=2mm", "--load", "gravity=0,0,-1"), "load gravity: the body has no weight"),
     ],
 )
 def test_a_mistake_is_one_line(run, tiny, arguments, words):
@@ -48,3 +58,16 @@ def test_a_mistake_is_one_line(run, tiny, arguments, words):
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1 and words in result.stderr
     assert "Traceback" not in result.output
+
+
+def test_forces_of_a_curve_under_a_load(run, tiny, tmp_path):
+    table, out = tmp_path / "forces.csv", tmp_path / "pressures.csv"
+    table.write_text("push_extension (N)\n0.2\n0.4\n")
+    result = run("reach", tiny, "--curve", table, "--csv", out, "--load", "force_z=-0.1N")
+    assert result.exit_code == 0 and result.stdout.count("force along z") == 2
+    rows = list(csv.DictReader(out.open()))
+    assert [float(row["push_extension (N)"]) for row in rows] == pytest.approx([0.2, 0.4], rel=1e-3)
+    assert [float(row["extension (mm)"]) for row in rows] == pytest.approx([0.0, 0.0], abs=1e-6)
+    pressures = [float(row["pressure A (kPa)"]) for row in rows]
+    # The force that acts is pushed away too: the pressure goes up with the sum of both.
+    assert pressures[1] / pressures[0] == pytest.approx(0.5 / 0.3, rel=0.1)

@@ -2,9 +2,10 @@
 
 The squared distance from the wanted motion is minimised over the pressures within bounds by Gauss-Newton steps in a
 trust region, each a linear least-squares problem with bounds (Branch, Coleman & Li 1999; `scipy.optimize.lsq_linear`).
-The derivatives of the motion by the pressures are exact, by adjoints with the tangent that is factorised anyway. Of all
-pressures that are as near, those with the least effort are found, by a small weight on their squares. Equilibria are
-sought from the nearest that are known, and unstable ones count as none.
+The derivatives of the motion by the pressures are exact, by adjoints with the tangent that is factorised anyway, and so
+are those of the forces with which the plate pushes where it is held. Of all pressures that are as near, those with the
+least effort are found, by a small weight on their squares. Equilibria are sought from the nearest that are known, and
+unstable ones count as none.
 """
 
 from __future__ import annotations
@@ -17,12 +18,24 @@ from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
 from pneumorph.analysis.explore import Explorer
-from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, Tangent
+from pneumorph.objective import HeldForce
+from pneumorph.objective.objective import in_place_of_features
 from pneumorph.problem.components import MOTIONS
-from pneumorph.sensitivity import motion_slopes
+from pneumorph.sensitivity import motion_slopes, objective_slope
 
 PER_RADIAN = np.degrees(1.0)
 """Millimetres that count as much as a radian: a degree counts as one."""
+
+PUSH = "push_"
+"""Before the name of a motion: the force (N) or moment (N·mm) with which the plate pushes where this motion is held."""
+
+PUSHES = tuple(PUSH + name for name in MOTIONS)
+WANTED = MOTIONS + PUSHES
+"""What may be wanted."""
+
+PER_FORCE = 100.0
+"""Millimetres that count as much as the whole of a force that is wanted: a hundredth of it counts as one."""
 
 WITHIN, SHARE = 0.02, 0.005
 """Distance from the wanted motion at which it is reached: in mm, but at most this share of the motion itself."""
@@ -36,17 +49,19 @@ MOST, RESTARTS = 25, 4
 
 @dataclass(frozen=True)
 class Reached:
-    """The pressures whose motion is nearest to the wanted one.
+    """The pressures whose motion, or force, is nearest to the wanted one.
 
     Attributes
     ----------
     pressures : {chamber: MPa}
     motion : (6,)
         Translation (mm) and rotation vector (rad) of the tip.
+    pushes : {motion: float}
+        Forces and moments with which the plate pushes where motions are held, N and N·mm.
     off : {motion: float}
-        By how much each wanted motion is missed, mm and rad.
+        By how much each of the wanted motions and forces is missed, mm and rad, N and N·mm.
     distance : float
-        The length of these, mm; a degree counts as 1 mm.
+        The length of these, mm; a degree, and a hundredth of a force that is wanted, count as 1 mm.
     reached : bool
         Whether that is as good as none.
     nearer : float
@@ -64,6 +79,7 @@ class Reached:
 
     pressures: Mapping[str, float]
     motion: np.ndarray
+    pushes: Mapping[str, float]
     off: Mapping[str, float]
     distance: float
     reached: bool
@@ -76,10 +92,12 @@ class Reached:
 
 @dataclass(frozen=True, eq=False)
 class _Point:
-    """Pressures as parts of their ranges (C,), the motion (6,) there, and its derivatives (6, C) by these parts."""
+    """Pressures as parts of their ranges (C,), the motion and forces (12,) there, which motions are held, and the
+    derivatives (12, C) by these parts."""
 
     q: np.ndarray
-    motion: np.ndarray
+    values: np.ndarray
+    held: tuple[str, ...]
     slope: np.ndarray
 
 
@@ -105,12 +123,12 @@ class Reaching:
         return 0.5 + 0.4 * (np.arange(len(self._names)) + 1) / (len(self._names) + 1)
 
     def reach(self, wanted: Mapping[str, float]) -> Reached | None:
-        """The pressures for a motion, or those nearest to it; None where no equilibrium was found at all.
+        """The pressures for a motion or force, or those nearest to it; None where no equilibrium was found at all.
 
         Parameters
         ----------
-        wanted : {motion: float}
-            Of `MOTIONS`, mm and rad; the others are free.
+        wanted : {name: float}
+            Of `WANTED`, mm and rad, N and N·mm, where motions that are pushed against are held; the others are free.
         """
         before, goal = self._solves, _Goal(wanted)
         best, starts = None, 0
@@ -170,11 +188,11 @@ class Reaching:
         at, answer, tangent = self._explorer.solved(pressures, self._like)
         if isinstance(answer, NoEquilibrium) or not answer.stable:
             return None
-        slopes = motion_slopes(at, tangent, answer.state)
+        values, by = _measured(at, tangent, answer)
         chambers = list(at.model.chambers)
-        by = np.array([np.asarray(load.pressure) for load in slopes.loads])
-        columns = [by[:, chambers.index(name)] if name in chambers else np.zeros(6) for name in self._names]
-        point = _Point(q, slopes.motion, np.column_stack(columns) * self._range)
+        columns = [by[:, chambers.index(name)] if name in chambers else np.zeros(len(by)) for name in self._names]
+        held = tuple(name for name, is_held in zip(MOTIONS, at.blocked, strict=True) if is_held)
+        point = _Point(q, values, held, np.column_stack(columns) * self._range)
         self._points.append(point)
         return point
 
@@ -191,16 +209,32 @@ class Reaching:
         left = float(np.linalg.norm(rhs - matrix @ _step(point, matrix, rhs, 1.0)))
         return Reached(
             self._pressures(point.q),
-            point.motion,
+            point.values[: len(MOTIONS)],
+            {name: float(point.values[WANTED.index(PUSH + name)]) for name in point.held},
             dict(zip(goal.names, goal.off(point), strict=True)),
             goal.distance(point),
             goal.distance(point) <= goal.within,
             max(goal.distance(point) - left, 0.0),
             at_bounds,
-            point.slope / self._range,
+            point.slope[: len(MOTIONS)] / self._range,
             solves,
             starts,
         )
+
+
+def _measured(at: Configuration, tangent: Tangent, answer: Equilibrium) -> tuple[np.ndarray, np.ndarray]:
+    """Motion and forces (12,) at an equilibrium, and their derivatives (12, C) by the pressures of all chambers."""
+    slopes = motion_slopes(at, tangent, answer.state)
+    by = [np.asarray(load.pressure) for load in slopes.loads]
+    values = list(slopes.motion)
+    for name, held in zip(MOTIONS, at.blocked, strict=True):
+        force, slope = 0.0, np.zeros(len(at.model.chambers))
+        if held:
+            rate = objective_slope(at, tangent, answer, in_place_of_features(HeldForce(name, 1.0)))
+            force, slope = rate.value, np.array([rate.pressure[chamber] for chamber in at.model.chambers])
+        values.append(force)
+        by.append(slope)
+    return np.array(values), np.array(by)
 
 
 def _step(point: _Point, matrix: np.ndarray, rhs: np.ndarray, radius: float) -> np.ndarray:
@@ -210,19 +244,19 @@ def _step(point: _Point, matrix: np.ndarray, rhs: np.ndarray, radius: float) -> 
 
 
 class _Goal:
-    """Wanted motions, and how far points are from them."""
+    """Wanted motions and forces, and how far points are from them."""
 
     def __init__(self, wanted: Mapping[str, float]):
         self.names = tuple(wanted)
-        self._rows = [MOTIONS.index(name) for name in self.names]
+        self._rows = [WANTED.index(name) for name in self.names]
         self._values = np.array(list(wanted.values()))
-        self._scale = np.array([1.0 if row < 3 else PER_RADIAN for row in self._rows])
+        self._scale = np.array([self._scale_of(name, value) for name, value in wanted.items()])
         size = float(np.linalg.norm(self._scale * self._values))
         self.within = min(WITHIN, SHARE * size) if size else WITHIN
 
     def off(self, point: _Point) -> np.ndarray:
-        """What each wanted motion is missed by, mm and rad."""
-        return point.motion[self._rows] - self._values
+        """What each wanted motion and force is missed by, mm and rad, N and N·mm."""
+        return point.values[self._rows] - self._values
 
     def distance(self, point: _Point) -> float:
         """In mm."""
@@ -240,6 +274,13 @@ class _Goal:
             return slope, -self._scale * self.off(point)
         matrix = np.vstack([slope, self._effort * np.eye(len(point.q))])
         return matrix, np.concatenate([-self._scale * self.off(point), -self._effort * (point.q - rest)])
+
+    def _scale_of(self, name: str, value: float) -> float:
+        """Millimetres that count as much as one mm, rad, N or N·mm."""
+        if name in MOTIONS:
+            return 1.0 if MOTIONS.index(name) < 3 else PER_RADIAN
+        # Of none that is wanted, one newton or newton millimetre stands for the whole.
+        return PER_FORCE / (abs(value) or 1.0)
 
     @property
     def _effort(self) -> float:

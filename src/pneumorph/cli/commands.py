@@ -295,7 +295,8 @@ def reach(
         typer.Argument(
             metavar="MOTION=VALUE",
             help="What the tip is to do, one or several of shift_x, shift_y, extension, bending_x, bending_y, twist: "
-            "bending_y=30deg extension=2mm. What is not named is free.",
+            "bending_y=30deg extension=2mm. What is not named is free. With push_ before a motion, what the tip pushes "
+            "with where this motion is blocked: push_extension=0.5N.",
         ),
     ] = None,
     bounds: Annotated[
@@ -310,14 +311,29 @@ def reach(
         typer.Option(help="Table of motions, one a line, with titles such as 'bending_y (deg), extension (mm)'."),
     ] = None,
     csv: Annotated[Path | None, typer.Option(help="Write pressures and motions to this file as a table.")] = None,
+    load: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="What acts on the plate in place of the task's, force_x=-0.1N, moment_z=2N*mm, or where gravity "
+            "points, gravity=0,0,-1; repeatable.",
+        ),
+    ] = None,
+    block: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MOTION[=VALUE]",
+            help="Hold a motion of the plate where it is at rest, or at a value, shift_x=2mm; repeatable.",
+        ),
+    ] = None,
     task: Annotated[str | None, typer.Option(help="Whose loads act; by default the first.")] = None,
     design: DesignNumber = None,
     trust: Trusted = False,
 ) -> None:
-    """Find the pressures with which the tip of a design moves as wanted; status 3 if it is out of reach."""
+    """Find the pressures with which the tip of a design moves or pushes as wanted; status 3 if it is out of reach."""
     from pneumorph.cli.reach import reach
 
-    if status := reach(source, motion or [], bounds or [], curve, csv, task, design, trust):
+    if status := reach(source, motion or [], bounds or [], curve, csv, task, design, trust, load or [], block or []):
         raise typer.Exit(status)
 
 

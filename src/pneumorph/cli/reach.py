@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph import atomic
+from pneumorph.analysis.reaching import PUSH
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ProblemError
 from pneumorph.interface.reach import PressuresFound, motions_wanted, read_motions
-from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.components import MOTIONS, is_turn
 
 MISSED = 3
 """Exit status where a motion is out of reach."""
@@ -29,6 +30,8 @@ def reach(
     task: str | None,
     number: int | None,
     trust: bool,
+    load: Sequence[str] = (),
+    block: Sequence[str] = (),
 ) -> int:
     """Print the pressures for a motion, or for every motion of a file; the exit status is 3 where one is out of reach.
 
@@ -47,6 +50,10 @@ def reach(
         Of a run's design, by default the last.
     trust : bool
         Whether code in the problem file is trusted.
+    load : sequence of "name=value"
+        In place of the task's.
+    block : sequence of "motion" or "motion=value"
+        Held motions of the plate.
 
     Raises
     ------
@@ -58,9 +65,9 @@ def reach(
     if curve is not None and motions:
         raise ProblemError("--curve: is given beside a motion; leave one of them out")
     wanted = [motions_wanted(pairs(motions, "bending_y=30deg"))] if curve is None else read_motions(curve)
-    given = pairs(bounds, "A=0:60kPa")
+    given, acting = pairs(bounds, "A=0:60kPa"), pairs(load, "force_x=-0.1N")
     design = design_of(source, number, asking(trust))
-    found = design.pressures_along(wanted, given, task)
+    found = design.pressures_along(wanted, given, task, acting, block)
     for each in found:
         print(each)
     if out is not None:
@@ -83,9 +90,11 @@ def _table(found: Sequence[PressuresFound]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     titles = [f"{name} ({'mm' if number < 3 else 'deg'})" for number, name in enumerate(MOTIONS)]
-    writer.writerow([f"pressure {name} (kPa)" for name in found[0].pressures] + titles + ["off (mm)"])
+    pushes = [f"{PUSH}{name} ({'N*mm' if is_turn(name) else 'N'})" for name in found[0].found.pushes]
+    writer.writerow([f"pressure {name} (kPa)" for name in found[0].pressures] + titles + pushes + ["off (mm)"])
     for each in found:
         motion = each.found.motion * np.where(np.arange(6) < 3, 1.0, np.degrees(1.0))
-        values = [*(1e3 * value for value in each.pressures.values()), *motion, each.found.distance]
+        values = [*(1e3 * value for value in each.pressures.values()), *motion, *each.found.pushes.values()]
+        values.append(each.found.distance)
         writer.writerow([f"{value:.6g}" for value in values])
     return text.getvalue()

@@ -35,8 +35,9 @@ from pneumorph.analysis.rates import motion_rates
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.interface.other_loads import under_loads
 from pneumorph.interface.over_time import OverTime, moments_of
-from pneumorph.interface.reach import PressuresFound, inverse, motions_wanted
+from pneumorph.interface.reach import PressuresFound, inverse, motions_wanted, pushed_motions
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.report import LimitReading
@@ -379,11 +380,18 @@ class Design:
         >>> print(explored.step.stable, explored.fields.whole().stretch["extend"].max() > 1.0)
         True True
         """
+        return self._explorer(task, {}, (), ())
+
+    def _explorer(
+        self, task: str | None, load: Mapping[str, Any], block: Iterable[str], pushed: Iterable[str]
+    ) -> Explorer:
+        """The same under other loads, see `under_loads`; there only the mesh is known from the beginning."""
         chosen = self.problem.task[0].name if task is None else self._task(task)
         tasks = sorted(self.problem.task, key=lambda each: each.name != chosen)
-        under = self.problem.model_copy(update={"task": tuple(tasks)})
+        own = self.problem.model_copy(update={"task": tuple(tasks)})
+        under = under_loads(own, load, block, pushed)
         known = self.entry is not None and chosen == self.problem.task[0].name
-        results = self.entry.tasks if self.entry is not None and known else None
+        results = self.entry.tasks if self.entry is not None and known and under is own else None
         return Explorer(under, self.body, self.stored if known else None, results)
 
     def pressures_for(
@@ -391,24 +399,32 @@ class Design:
         motions: Mapping[str, Any],
         bounds: Mapping[str, Any] | None = None,
         task: str | None = None,
+        load: Mapping[str, Any] | None = None,
+        block: str | Iterable[str] = (),
     ) -> PressuresFound:
-        """The pressures with which the tip moves as wanted, or as near to it as they can; the shape stays.
+        """The pressures with which the tip moves or pushes as wanted, or as near to it as they can; the shape stays.
 
         Of all pressures that do it, those with the least effort are found. What is not asked for is free.
 
         Parameters
         ----------
         motions : {motion: text with unit}
-            Such as ``{"bending_y": "30 deg", "extension": "2 mm"}``.
+            Such as ``{"bending_y": "30 deg", "extension": "2 mm"}``. With "push_" before a motion, the force or moment
+            with which the tip pushes where this motion is held: ``{"push_extension": "0.5 N"}``.
         bounds : {chamber: "0:60 kPa"}
             By default each chamber has at least 0 and at most the largest pressure of a task.
         task : str
             Whose loads act; by default the first.
+        load : {name: text with unit}
+            In place of what the task has: ``{"force_x": "-0.1 N", "moment_z": "2 N*mm", "gravity": "0,0,-1"}``.
+        block : str or several
+            Motions of the plate that are held: "shift_x" where it is at rest, or "shift_x=2 mm". Those that are pushed
+            along are held at rest, unless they are given here.
 
         Raises
         ------
         ProblemError
-            If a motion, a bound or the task is unknown.
+            If a motion, a bound, a load or the task is unknown.
         ComputationError
             If there is no stable equilibrium within the bounds, or the body cannot be meshed.
 
@@ -419,7 +435,7 @@ class Design:
         >>> found.found.reached, 0.0 < found.pressures["A"] < 0.06  # MPa
         (True, True)
         """
-        [found] = self.pressures_along([motions_wanted(motions)], bounds, task)
+        [found] = self.pressures_along([motions_wanted(motions)], bounds, task, load, block)
         return found
 
     def pressures_along(
@@ -427,9 +443,12 @@ class Design:
         wanted: Sequence[Mapping[str, float]],
         bounds: Mapping[str, Any] | None = None,
         task: str | None = None,
+        load: Mapping[str, Any] | None = None,
+        block: str | Iterable[str] = (),
     ) -> list[PressuresFound]:
-        """The pressures for motions one after another, in mm and rad; otherwise as `pressures_for`."""
-        explorer = self.explorer(task)
+        """The pressures for several, one after another, in mm, rad, N and N·mm; otherwise as `pressures_for`."""
+        asked = [block] if isinstance(block, str) else list(block)
+        explorer = self._explorer(task, load or {}, asked, pushed_motions(wanted))
         return inverse(explorer, explorer.problem, bounds, wanted)
 
     def model(

@@ -1,4 +1,4 @@
-"""Pressures for motions of a design: read as users write them, found, and said in words."""
+"""Pressures for motions and forces of a design: read as users write them, found, and said in words."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis.explore import Explorer
-from pneumorph.analysis.reaching import Reached, Reaching
+from pneumorph.analysis.reaching import PUSH, PUSHES, WANTED, Reached, Reaching
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.problem import Problem
-from pneumorph.problem.components import MOTION_OF, MOTIONS
+from pneumorph.problem.components import MOTION_OF, MOTIONS, is_turn
 from pneumorph.problem.objectives.words import MOTION_WORDS
-from pneumorph.units import ANGLE, LENGTH, PRESSURE, parse
+from pneumorph.units import ANGLE, FORCE, LENGTH, MOMENT, PRESSURE, Kind, parse
 
 NO_NEARER = 1e-3
 """Part of the distance below which it is no smaller at other pressures."""
@@ -26,14 +26,14 @@ Bounds = dict[str, tuple[float, float]]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PressuresFound:
-    """The pressures for a motion of the tip.
+    """The pressures for a motion of the tip, or for a force with which it pushes where it is held.
 
     Attributes
     ----------
-    wanted : {motion: float}
-        mm and rad.
+    wanted : {name: float}
+        mm and rad; N and N·mm of what begins with "push_".
     found : Reached
-        The pressures (MPa), the motion there, and how far it is from what is wanted.
+        The pressures (MPa), the motion and forces there, and how far they are from what is wanted.
     """
 
     wanted: Mapping[str, float]
@@ -49,21 +49,31 @@ class PressuresFound:
         named = ", ".join(f"{name} = {_number(1e3 * value)} kPa" for name, value in found.pressures.items())
         first = "reached with" if found.reached else "out of reach; the nearest is at"
         lines = [f"{first} {named} ({found.solves} equilibria)"]
-        for motion, value in self.wanted.items():
-            achieved = value + found.off[motion]
-            lines.append(f"{MOTION_WORDS[motion]} {_amount(motion, achieved)} (wanted {_amount(motion, value)})")
+        for name, value in self.wanted.items():
+            achieved = value + found.off[name]
+            lines.append(f"{_words(name)} {_amount(name, achieved)} (wanted {_amount(name, value)})")
         if not found.reached:
             bound = f"; at a bound: {', '.join(found.at_bounds)}" if found.at_bounds else ""
-            lines.append(f"it misses by {found.distance:.3g} mm, where 1° counts as 1 mm{bound}")
+            lines.append(f"it misses by {self._missed()}{bound}")
             nothing = f"nothing nearer was found from {found.starts} starts"
             if found.nearer <= NO_NEARER * found.distance:
                 lines.append(f"to first order no pressures within the bounds bring it nearer, and {nothing}")
             else:
+                part = f"{100 * found.nearer / found.distance:.2g} %"
                 lines.append(
-                    f"{nothing}; to first order others bring it nearer by {found.nearer:.2g} mm, but the search "
+                    f"{nothing}; to first order others bring it nearer by {part} of that, but the search "
                     "came to pressures without a stable state, or to its largest number of steps"
                 )
         return "\n".join(lines)
+
+    def _missed(self) -> str:
+        """By how much, in the unit of what is wanted, or in mm where that is several things."""
+        found, pushed = self.found, any(name in PUSHES for name in self.wanted)
+        if len(self.wanted) == 1 and (pushed or not is_turn(next(iter(self.wanted)))):
+            [(name, off)] = found.off.items()
+            return f"{abs(off):.3g} {_unit(name)}"
+        counted = "1° and 1 % of a force count" if pushed else "1° counts"
+        return f"{found.distance:.3g} mm, where {counted} as 1 mm"
 
     __repr__ = __str__
 
@@ -71,22 +81,26 @@ class PressuresFound:
 def inverse(
     explorer: Explorer, problem: Problem, bounds: Mapping[str, Any] | None, wanted: Sequence[Mapping[str, float]]
 ) -> list[PressuresFound]:
-    """The pressures for motions, one after another.
+    """The pressures for motions and forces, one after another.
 
     Parameters
     ----------
     explorer : of the body.
     problem : of the design.
     bounds : {chamber: "0:60 kPa"} or None
-    wanted : {motion: mm or rad}, for each.
+    wanted : {name: mm, rad, N or N·mm}, for each; see `motions_wanted`.
 
     Raises
     ------
     ProblemError
-        If bounds are no pressures.
+        If bounds are no pressures, or a motion is to change that is held.
     ComputationError
         If the body has no stable equilibrium within the bounds.
     """
+    for each in wanted:
+        for name in explorer.under.hold.values:
+            if (motion := MOTION_OF.get(name, name)) in each:
+                raise ProblemError(f"{motion}: is held, so it cannot be reached; give it as --block {motion}=2mm")
     search = Reaching(explorer, bounds_of(problem, bounds or {}))
     answers = []
     for each in wanted:
@@ -97,8 +111,17 @@ def inverse(
     return answers
 
 
+def pushed_motions(wanted: Sequence[Mapping[str, float]]) -> list[str]:
+    """The motions along which the tip is to push."""
+    return list(dict.fromkeys(name.removeprefix(PUSH) for each in wanted for name in each if name in PUSHES))
+
+
 def motions_wanted(given: Mapping[str, Any]) -> dict[str, float]:
-    """Motions in mm and rad, from text with units.
+    """Motions in mm and rad, and forces in N and N·mm, from text with units.
+
+    Parameters
+    ----------
+    given : {motion: "2 mm"}, {"push_" and a motion: "0.2 N"}
 
     Raises
     ------
@@ -106,17 +129,29 @@ def motions_wanted(given: Mapping[str, Any]) -> dict[str, float]:
         If there is none, or one is unknown or no quantity.
     """
     if not given:
-        raise ProblemError(f"no motion is asked for; give one of {', '.join(MOTIONS)}, such as bending_y=30deg")
+        raise ProblemError(
+            f"no motion is asked for; give one of {', '.join(MOTIONS)}, such as bending_y=30deg, or a force: "
+            "push_extension=0.5N"
+        )
     wanted = {}
     for key, text in given.items():
-        name = MOTION_OF.get(key, key)
-        if name not in MOTIONS:
-            raise ProblemError(f"{key}: is no motion of the tip; use one of {', '.join(MOTIONS)}")
+        before, own = (PUSH, key.removeprefix(PUSH)) if key.startswith(PUSH) else ("", key)
+        name = before + MOTION_OF.get(own, own)
+        if name not in WANTED:
+            raise ProblemError(
+                f"{key}: is no motion of the tip; use one of {', '.join(MOTIONS)}, with {PUSH} before it for a force"
+            )
         try:
-            wanted[name] = parse(text, LENGTH if MOTIONS.index(name) < 3 else ANGLE)
+            wanted[name] = parse(text, _kind(name))
         except ValueError as error:
             raise ProblemError(f"{key}: {error}") from None
     return wanted
+
+
+def _kind(name: str) -> Kind:
+    if name in PUSHES:
+        return MOMENT if is_turn(name.removeprefix(PUSH)) else FORCE
+    return ANGLE if is_turn(name) else LENGTH
 
 
 def bounds_of(problem: Problem, given: Mapping[str, Any]) -> Bounds:
@@ -151,7 +186,7 @@ def bounds_of(problem: Problem, given: Mapping[str, Any]) -> Bounds:
 
 
 def read_motions(path: Path) -> list[dict[str, float]]:
-    """Motions in mm and rad from a CSV file with a line of titles, "bending_y (deg),extension (mm)", and one a line.
+    """Motions and forces from a CSV file with a line of titles, "bending_y (deg),push_extension (N)", and one a line.
 
     Raises
     ------
@@ -198,8 +233,25 @@ def range_of(name: str, text: Any) -> tuple[float, float]:
     return lower, upper
 
 
-def _amount(motion: str, value: float) -> str:
-    return f"{value:.2f} mm" if MOTIONS.index(motion) < 3 else f"{np.degrees(value):.2f}°"
+def _words(name: str) -> str:
+    """What is wanted, in words."""
+    if name in MOTIONS:
+        return MOTION_WORDS[name]
+    kind = "moment about" if is_turn(name.removeprefix(PUSH)) else "force along"
+    return f"{kind} {'xyz'[PUSHES.index(name) % 3]}"
+
+
+def _unit(name: str) -> str:
+    """Of what is wanted; of angles that of degrees."""
+    if name in PUSHES:
+        return "N·mm" if is_turn(name.removeprefix(PUSH)) else "N"
+    return "°" if is_turn(name) else "mm"
+
+
+def _amount(name: str, value: float) -> str:
+    if name in PUSHES:
+        return f"{value:.4g} {_unit(name)}"
+    return f"{np.degrees(value):.2f}°" if is_turn(name) else f"{value:.2f} mm"
 
 
 def _number(value: float) -> str:
