@@ -1,6 +1,6 @@
 """Drives the tip of a body around a square by its fast model alone, and looks at exact states where it really goes.
 
-    python benchmarks/square.py PROBLEM MODEL.npz [--points 24] [--share 0.4]
+    python benchmarks/square.py RUN_OR_PROBLEM MODEL.npz [--points 24] [--share 0.4]
 
 The square lies across the axis, around the middle of the places that the tip reaches; its side is a share of the
 smaller extent of these. Nothing is measured on the way (open loop): pressures come from the model for one place after
@@ -22,7 +22,7 @@ from pneumorph.surrogate.workspace import workspace
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("problem", type=Path)
+    parser.add_argument("source", type=Path)
     parser.add_argument("model", type=Path)
     parser.add_argument("--points", type=int, default=24)
     parser.add_argument("--share", type=float, default=0.4)
@@ -36,7 +36,9 @@ def main() -> None:
     along = np.linspace(0.0, 4.0, asked.points, endpoint=False)
     square = np.array([np.interp(along, range(5), corners[:, axis]) for axis in range(2)]).T
     bounds = dict(zip(model.chambers, map(tuple, model.bounds.tolist()), strict=True))
-    states = States(pm.starting_design(pm.load(asked.problem)).explorer(), bounds)
+    source = asked.source
+    design = pm.open_run(source, trust=True).best if source.is_dir() else pm.starting_design(pm.load(source))
+    states = States(design.explorer(model.header["task"]), bounds)
     off, near = [], None
     for x, y in square:
         answer = model.pressures_for({"shift_x": x, "shift_y": y}, near)

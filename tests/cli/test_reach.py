@@ -5,6 +5,8 @@ import re
 
 import pytest
 
+from pneumorph.interface.reach import range_of
+
 
 def test_a_motion_and_one_that_is_out_of_reach(run, tiny, tmp_path):
     table = tmp_path / "curve.csv"
@@ -38,6 +40,10 @@ def test_a_motion_and_one_that_is_out_of_reach(run, tiny, tmp_path):
         (("extension=2mm", "--bounds", "A=0:60mm"), "A: "),
         (("extension=2mm", "--bounds", "A=60:10kPa"), "A: "),
         (("extension=2mm", "--bounds", "A=0:10:60kPa"), "A: "),
+        (("extension=2mm", "--bounds", "A=nan:60kPa"), "A: "),
+        (("=2mm",), "has no name"),
+        (("extension=nanmm",), "extension: "),
+        (("extension=2mm", "--load", "gravity=0,0"), "load gravity: "),
         (("extension=2mm", "--task", "jump"), "jump"),
         (("extension=2mm", "--curve", "none.csv"), "--curve"),
         (("--curve", "none.csv"), "none.csv"),
@@ -58,6 +64,11 @@ def test_a_mistake_is_one_line(run, tiny, arguments, words):
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1 and words in result.stderr
     assert "Traceback" not in result.output
+
+
+def test_bounds_may_have_a_unit_at_each_end():
+    assert range_of("A", "5 kPa:0.06 MPa") == pytest.approx((0.005, 0.06))
+    assert range_of("A", "-10:60kPa") == pytest.approx((-0.01, 0.06))
 
 
 def test_forces_of_a_curve_under_a_load(run, tiny, tmp_path):

@@ -2,6 +2,7 @@
 
 import signal
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -162,3 +163,13 @@ def test_control_points_that_are_no_design_of_the_problem(tmp_path, changes):
     np.savez(place, **arrays)
     with pytest.raises(ProblemError, match=r"0\.0\d+ mm"):
         _ = pm.open_run(run.path).best
+
+
+def test_every_task_is_explored_on_the_mesh_that_is_stored(start):
+    """That of a design has been moved from one design to the next: a new one would have other errors."""
+    tasks = [*start.problem.task, start.problem.task[0].model_copy(update={"name": "again"})]
+    mesh = start.fields.mesh
+    stored = replace(start.fields, mesh=replace(mesh, points=1.001 * mesh.points))
+    design = replace(start, problem=start.problem.model_copy(update={"task": tuple(tasks)}), stored=stored)
+    for task in ("extend", "again"):
+        np.testing.assert_allclose(design.explorer(task).mesh({"A": 0.03}).points, stored.mesh.points)

@@ -17,7 +17,8 @@ import pneumorph as pm
 from pneumorph.cli import app
 from pneumorph.output.report import write_report
 from pneumorph.problem import loads
-from pneumorph.surrogate.reader import Model
+from pneumorph.surrogate.reader import MOTIONS, Model
+from pneumorph.surrogate.workspace import workspace
 
 TWO = problem_text(
     """[end_effector]
@@ -38,6 +39,7 @@ size = "5 mm"
 )
 TIP = np.array([0.0, 0.0, 40.0])
 RED = np.array([0xD1, 0x49, 0x5B]) / 255
+KNOBS = {"x": (0x1F, 0x7A, 0x8C), "y": (0x4F, 0x77, 0x2D), "z": (0x7B, 0x4F, 0xA3)}
 
 
 @pytest.fixture(scope="module")
@@ -66,13 +68,22 @@ def pressures(page) -> np.ndarray:
     return np.array([float(text.removesuffix(" kPa")) for text in texts]) / 1e3
 
 
+def cell(page, name) -> str:
+    return page.locator(f"#explored tr:has(th:text-is('{name}')) td").inner_text().replace("−", "-")
+
+
 def row(page, name) -> np.ndarray:
-    text = page.locator(f"#explored tr:has(th:text-is('{name}')) td").inner_text().replace("−", "-")
+    text = cell(page, name)
     return np.array([float(number) for number in re.findall(r"-?\d+\.\d+", text.partition("±")[0])])
 
 
 def target(page) -> np.ndarray:
     return np.array([float(page.locator(f"#target-{axis}").input_value()) for axis in "xyz"])
+
+
+def turned(page) -> np.ndarray:
+    """The target's rotation vector, rad."""
+    return np.radians([float(page.locator(f"#turn-{axis}").input_value()) for axis in "xyz"])
 
 
 def pixels_of(page, chosen) -> np.ndarray:
@@ -165,6 +176,75 @@ def test_the_ball_is_dragged_and_the_pressures_follow(driven, page):
     assert page.complaints == []
 
 
+def test_a_target_is_turned_too(driven, page):
+    model = Model(driven.path / "model.npz")
+    pose = model.pose([0.02, 0.03])
+    page.check("#turned")
+    for axis, place, angle in zip("xyz", pose.translation + TIP, np.degrees(pose.rotation), strict=True):
+        for name, value in ((f"#target-{axis}", place), (f"#turn-{axis}", angle)):
+            page.locator(name).evaluate("(field, value) => { field.value = value }", str(value))
+    page.locator("#turn-z").dispatch_event("change")
+    assert words(page, "reached") == "The target is reached."
+    np.testing.assert_allclose(pressures(page), [0.02, 0.03], atol=2e-4)
+    page.locator("#turn-y").fill("25")
+    page.locator("#turn-y").press("Enter")
+    said = re.search(r"out of reach by ([\d.]+) mm, where 1° counts as 1 mm", words(page, "reached"))
+    found = model.pressures_for(dict(zip(MOTIONS, [*(target(page) - TIP), *turned(page)], strict=True)))
+    assert float(said[1]) == pytest.approx(found.missed, rel=0.05) and found.missed > 2
+    np.testing.assert_allclose(pressures(page), list(found.pressures.values()), atol=1e-3)
+    page.uncheck("#turned")
+    assert "1°" not in words(page, "reached") and not page.locator("#turn-x").is_visible()
+    assert page.complaints == []
+
+
+def test_a_target_is_turned_by_its_knobs(driven, page):
+    page.uncheck("#marks")
+    page.select_option("#mode", "plain")
+    page.check("#turned")
+    place, ball = target(page), ball_of(page)
+    for axis, drag in (("x", np.array([14, -25])), ("z", np.array([22, 6]))):
+        color = np.array(KNOBS[axis]) / 255
+        knob = pixels_of(page, np.abs(picture(page) - color).max(axis=2) < 0.1).mean(axis=0)
+        before = turned(page)
+        page.mouse.move(*knob)
+        page.mouse.down()
+        page.mouse.move(*(knob + drag), steps=5)
+        assert np.abs(turned(page) - before).max() > 0.05
+        page.mouse.up()
+        np.testing.assert_allclose(target(page), place, atol=0.011)
+        there = pixels_of(page, np.abs(picture(page) - color).max(axis=2) < 0.1).mean(axis=0) - ball
+        towards = knob + drag - ball
+        assert there @ towards > 0.95 * np.linalg.norm(there) * np.linalg.norm(towards)
+    model = Model(driven.path / "model.npz")
+    wanted = dict(zip(MOTIONS, [*(target(page) - TIP), *turned(page)], strict=True))
+    missed = float(re.search(r"out of reach by ([\d.]+) mm", words(page, "reached"))[1])
+    assert missed == pytest.approx(model.pressures_for(wanted).missed, rel=0.05)
+    assert page.complaints == []
+
+
+def test_places_are_coloured_by_dexterity_and_stiffness(driven, page):
+    page.uncheck("#marks")
+    page.select_option("#mode", "plain")
+    page.check("#places")
+    plain = picture(page)
+    assert not page.locator("#places-scale").is_visible()
+    model = Model(driven.path / "model.npz")
+    every = workspace(model, model.bounds, 4000)
+    for by, values in (("finest", 1e-3 * every.finest), ("softest", every.stiffness[:, 0])):
+        page.select_option("#places-by", by)
+        assert differs(plain, picture(page)) > 1e-3
+        ends = [float(text) for text in page.locator("#places-scale span").all_inner_texts()]
+        np.testing.assert_allclose(ends, [values.min(), values.max()], rtol=0.1)
+    own = [float(number) for number in re.findall(r"[\d.]+", cell(page, "stiffness of the tip, N/mm"))]
+    soft = model.compliance(pressures(page))[:3, :3]
+    np.testing.assert_allclose(own, 1 / np.linalg.eigvalsh(soft)[[2, 0]], rtol=0.01)
+    own = [float(number) for number in re.findall(r"[\d.]+", cell(page, "1 kPa moves it, mm"))]
+    sizes = np.linalg.svd(model.jacobian(pressures(page))[:3], compute_uv=False)
+    np.testing.assert_allclose(own, 1e-3 * sizes[[-1, 0]], rtol=0.06)
+    page.select_option("#places-by", "")
+    assert differs(plain, picture(page)) < 1e-4 and page.complaints == []
+
+
 def test_a_place_that_is_clicked_has_its_pressures(driven, page):
     page.uncheck("#marks")
     page.select_option("#mode", "plain")
@@ -222,7 +302,9 @@ def test_a_model_that_is_not_of_the_run_is_told(driven, run, tmp_path):
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 2 and "another body" in result.stderr and result.stderr.count("\n") == 1
     result = CliRunner().invoke(app, arguments[:2])
-    assert result.exit_code == 0
+    assert result.exit_code == 0 and "another body" in result.stdout.splitlines()[-1]
+    result = CliRunner().invoke(app, ["report", str(driven.path), "--out", str(tmp_path / "page.html")])
+    assert "model.npz is on it: design 1 follows sliders" in result.stdout.splitlines()[-1]
     written = pm.open_run(tmp_path / "run")
     assert "another body" in json.dumps(facts(written.report())["notes"]) and "model" not in facts(written.report())
 

@@ -177,6 +177,22 @@ def test_where_nothing_is_found_the_reason_is_there(tmp_path, opened):
         assert page.complaints == []
 
 
+def test_sliders_are_those_of_the_run_that_is_shown(run, tmp_path, opened):
+    """Another run's chamber of the same name has other bounds, and other pressures to begin at."""
+    weaker = loads(tiny(pressure='{ A = "40 kPa" }'))
+    other = waving_run(tmp_path / "other", weaker, 2, {0: analysed(weaker, 0.0)})
+    with serving(run.path, other.path) as address:
+        page = opened(address)
+        slider = page.locator("#chamber-0")
+        for tab, most in (("run", 60.0), ("other", 40.0), ("run", 60.0)):
+            page.locator(f"#runs button:text-is('{tab}')").click()
+            page.select_option("#task", "*")
+            assert float(slider.input_value()) == pytest.approx(most)
+            assert most < float(slider.get_attribute("max")) <= 1.3 * most
+            slide(page, "chamber-0", most / 2)
+        assert page.complaints == []
+
+
 def test_two_runs_side_by_side(run, tmp_path, opened):
     other = waving_run(tmp_path / "other", loads(tiny(title='"Other"')), 2, {0: analysed(loads(tiny()), 0.0)})
     shutil.copytree(run.path, tmp_path / "run")

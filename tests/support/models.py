@@ -27,8 +27,9 @@ def model_file(path: Path) -> Path:
     index = np.array([(a, b) for a in range(5) for b in range(5 - a)])
     decay = 0.25 ** index.sum(axis=1)[:, None]
     coefficients = decay * rng.normal(size=(len(index), 8)) * np.array([8, 8, 8, 0.3, 0.3, 0.3, 90, 90])
-    soft = np.eye(6)[np.tril_indices(6)][None]
-    fit = Fit(domain, index, coefficients, np.zeros((1, 2), int), soft)
+    factors = np.random.default_rng(4).normal(size=(3, 6, 6)) * np.array([1.0, 0.3, 0.3])[:, None, None]
+    soft = np.array([(factor @ factor.T)[np.tril_indices(6)] for factor in factors])
+    fit = Fit(domain, index, coefficients, np.array([[0, 0], [1, 0], [0, 1]]), soft)
     sample = Sample(np.zeros(2), np.zeros(8), np.zeros((8, 2)), np.eye(6))
     errors = {"translation_mm": 1e-4, "rotation_rad": 1e-6, "volume_mm3": 1.0, "compliance": 0.0}
     built = Built(fit, errors, dict.fromkeys(errors, 1.0), [sample], [sample])
@@ -49,6 +50,8 @@ def told() -> dict:
             "volumes": list(model.volumes(p).values()),
             "jacobian": model.jacobian(p).tolist(),
             "inside": model.inside(p),
+            "fineness": np.linalg.svd(model.jacobian(p)[:3], compute_uv=False)[[-1, 0]].tolist(),
+            "stiffness": (1.0 / np.linalg.eigvalsh(model.compliance(p)[:3, :3])[[2, 0]]).tolist(),
         }
         for p in points
     ]
@@ -66,6 +69,7 @@ def told() -> dict:
     count = 6 + len(model.chambers)
     parts = {"chambers": list(model.chambers), "bounds": model.bounds.tolist(), "corners": model.corners.tolist()}
     parts |= {"index": model.index.tolist(), "coefficients": model.coefficients[:, :count].tolist()}
+    parts |= {"soft": {"index": model.soft_index.tolist(), "coefficients": model.soft_coefficients[:, :6].tolist()}}
     assert list(MOTIONS) == [name.rpartition(" (")[0] for name in model.outputs[:6]]
     return {"model": parts | {"errors": model.errors}, "asked": asked, "found": found}
 

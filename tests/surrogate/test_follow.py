@@ -86,4 +86,4 @@ def test_the_node_speaks_in_metres_and_pascals(follow, path, monkeypatch):
     follow.main()
     first, warning, _, mistake, _ = heard
     assert max(first) == pytest.approx(1e6 * follow.FASTEST * follow.PERIOD)
-    assert "out of reach" in warning and "no finite number" in mistake
+    assert "out of reach" in warning and "is no number" in mistake

@@ -106,15 +106,39 @@ def test_mistakes_are_one_line(path, tmp_path):
         (lambda: model.pose({"A": float("nan")}), "A: nan"),
         (lambda: model.pressures_for({"shift_x": float("nan")}), "shift_x: "),
         (lambda: model.pressures_for({"jump": 1.0}), "jump: "),
+        (lambda: model.pressures_for([1.0]), "motion"),
+        (lambda: model.pressures_for({"shift_x": 1e300}), "shift_x: 1e.300"),
+        (lambda: model.pressures_for({"shift_x": 1.0}, near="ab"), "give a number for each of A, B"),
+        (lambda: model.pose({"A": "x"}), "give a number for each of A, B"),
+        (lambda: model.pose(None), "give a number for each of A, B"),
         (lambda: model.pressures_for({}), "motion"),
         (lambda: Model(tmp_path / "none.npz"), "none.npz"),
     ]
     stored = dict(np.load(path))
     header = json.loads(bytes(stored["header"]))
+    damaged = "damaged, its parts do not fit together"
+
+    def said(**changes):
+        return {"header": np.frombuffer(json.dumps(header | changes).encode(), np.uint8)}
+
     changes = [
-        ({"header": np.frombuffer(json.dumps(header | {"version": 3}).encode(), np.uint8)}, "pneumorph-model 3"),
-        ({"coefficients": np.nan * stored["coefficients"]}, "finite"),
+        (said(version=3), "pneumorph-model 3"),
+        (said(chambers=["A"]), damaged),
+        (said(chambers=[1, 2]), damaged),
+        (said(loads=["force_x"]), damaged),
+        (said(outputs=[]), damaged),
+        (said(errors={}), "no model file, or damaged"),
+        (said(errors={"translation_mm": "small", "rotation_rad": 0.0}), "no model file, or damaged"),
+        ({"coefficients": np.nan * stored["coefficients"]}, damaged),
+        ({"coefficients": stored["coefficients"].astype(str)}, "no model file, or damaged"),
+        ({"index": -stored["index"]}, damaged),
+        ({"index": stored["index"] + 1}, damaged),
+        ({"index": stored["index"][:, :1]}, damaged),
+        ({"bounds": stored["bounds"][:, ::-1]}, damaged),
+        ({"corners": stored["corners"][:0]}, damaged),
+        ({"soft_coefficients": stored["soft_coefficients"][:, :5]}, damaged),
         ({"header": np.array([1, 2], np.uint8)}, "no model file"),
+        ({"header": np.array([{"format": 1}], object)}, "no model file"),
     ]
     for number, (change, words) in enumerate(changes):
         np.savez(tmp_path / f"{number}.npz", **{**stored, **change})
@@ -126,3 +150,16 @@ def test_mistakes_are_one_line(path, tmp_path):
         with pytest.raises(ModelError, match=words) as error:
             call()
         assert "\n" not in str(error.value)
+
+
+def test_a_model_whose_pressures_are_never_zero(path, tmp_path):
+    """Bounds that leave out zero: the inverse has nothing to do with a state without pressure."""
+    stored = dict(np.load(path))
+    stored["bounds"] = BOUNDS + np.array([[0.01, 0.0], [0.03, 0.0]])
+    stored["corners"] = stored["bounds"][:, 1][None]
+    np.savez(tmp_path / "above.npz", **stored)
+    model = Model(tmp_path / "above.npz")
+    wanted = model.pose([0.04, 0.02]).translation
+    found = model.pressures_for({"shift_x": wanted[0], "shift_y": wanted[1]})
+    assert found.reached and list(found.pressures.values()) == pytest.approx([0.04, 0.02], abs=1e-5)
+    assert not model.all_inside(np.array([[0.0, 0.02], [0.04, 0.0]])).any()

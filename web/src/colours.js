@@ -2,7 +2,7 @@
 
 const STRETCH = ["#cdd8e2", "#f5e6a8", "#f4a24e", "#d6321f", "#7a0403"];
 const THICKNESS = ["#b2182b", "#ef8a62", "#f3dcc8", "#a6cbe0", "#2c6da8"];
-const DISPLACEMENT = ["#46327e", "#365c8d", "#277f8e", "#4ac16d", "#fde725"];
+export const DISPLACEMENT = ["#46327e", "#365c8d", "#277f8e", "#4ac16d", "#fde725"];
 // Pale as long as half of a limit is left.
 const LIMITS = ["#dfe5ea", "#d5dfe6", "#c7d8e0", "#b7d0d6", "#a8c8c4", "#cfd18c", "#f0c24f", "#ea7f2d", "#a3160f"];
 // From less motion to more.

@@ -1,7 +1,7 @@
 // The fast model of a design as the page uses it: the body at pressures, the pressures for a place, where the tip can go.
 // Pressures by chamber are in kPa, as on the page.
 import { tipOf } from "./marks.js";
-import { Model } from "./model.js";
+import { MOTIONS, Model } from "./model.js";
 import { named } from "./named.js";
 
 const PLACES = 800;
@@ -12,6 +12,9 @@ export class Driven {
     this.rest = tipOf(shapes.modelled(facts.model.amounts.coefficients[0].map(() => 0)), facts.length).at.toArray();
     this.pressures = this.model.spread(PLACES);
     this.places = this.pressures.map((p) => this.#tip(this.model.motions(p)));
+    // What places may be coloured by: mm per kPa, N/mm.
+    this.finest = this.pressures.map((p) => this.model.fineness(p)[0] / 1e3);
+    this.softest = this.pressures.map((p) => this.model.stiffness(p)[0]);
   }
 
   // What the tip's motions lead it to.
@@ -25,21 +28,24 @@ export class Driven {
     return this.model.covers(p) ? p : null;
   }
 
-  // The body at pressures: its shape, the motions of the tip and its place, volumes, whether a stable state is known there;
-  // null where the model does not have these pressures.
+  // The body at pressures: its shape, the motions of the tip and its place, volumes, how finely it moves (mm per kPa) and how stiff
+  // it is (N/mm), whether a stable state is known there; null where the model does not have these pressures.
   at(wanted) {
     const p = this.#own(wanted);
     if (!p) return null;
     const values = this.model.values(p);
     const motions = values.slice(0, 6);
     const volumes = named(this.model.chambers.map((name, c) => [name, values[6 + c]]));
-    return { shape: this.shapes.modelled(this.model.amountsAt(p)), motions, tip: this.#tip(motions), volumes, inside: this.model.inside(p) };
+    const [fineness, stiffness] = [this.model.fineness(p).map((value) => value / 1e3), this.model.stiffness(p)];
+    return { shape: this.shapes.modelled(this.model.amountsAt(p)), motions, tip: this.#tip(motions), volumes, fineness, stiffness, inside: this.model.inside(p) };
   }
 
-  // The pressures with which the tip is nearest to a place, beginning from others or anywhere, and what is missed, mm.
-  for(place, near = null) {
-    const [shift_x, shift_y, extension] = place.map((value, axis) => value - this.rest[axis]);
-    const { p, missed, reached } = this.model.pressuresFor({ shift_x, shift_y, extension }, near && this.#own(near));
+  // The pressures with which the tip is nearest to a place, turned by a rotation vector if there is one, beginning from others or
+  // anywhere, and what is missed, mm.
+  for(place, turn = null, near = null) {
+    const wanted = [...place.map((value, axis) => value - this.rest[axis]), ...(turn ?? [])];
+    const named = Object.fromEntries(wanted.map((value, k) => [MOTIONS[k], value]));
+    const { p, missed, reached } = this.model.pressuresFor(named, near && this.#own(near));
     return { pressures: this.#named(p), missed, reached };
   }
 

@@ -2,6 +2,7 @@
 // server, the state that is asked for takes its place once it is solved, and until then the nearest known one is shown
 // where there is no model.
 import * as server from "./client.js";
+import { DISPLACEMENT } from "./colours.js";
 import { byId, element } from "./elements.js";
 import { named } from "./named.js";
 import { keyOf, nearest, stepOf } from "./nearest.js";
@@ -13,13 +14,17 @@ const PATIENCE = 150; // milliseconds without a change before a state is asked f
 const EVERY = 700; // milliseconds between looks at the sweep
 const MOST = 60; // states that are kept
 const AXES = ["x", "y", "z"];
+const DEGREES = 180 / Math.PI;
 
 export class Explorer {
   // number(): which run of a server is shown; null without a server.
   constructor(page, number = null) {
-    Object.assign(this, { page, number, sliders: [], wanted: named([]), target: null, tip: null, place: "", known: [], states: new Map(), ticket: 0, task: "" });
-    for (const axis of AXES) byId(`target-${axis}`).addEventListener("change", () => this.#aim(AXES.map((each) => Number(byId(`target-${each}`).value)), true));
-    byId("places").addEventListener("change", () => this.#reach());
+    Object.assign(this, { page, number, sliders: [], wanted: named([]), target: null, tip: null, turn: null, place: "", run: "", known: [], states: new Map(), ticket: 0, task: "" });
+    for (const name of ["target", "turn"]) {
+      for (const axis of AXES) byId(`${name}-${axis}`).addEventListener("change", () => this.#aim(numbers("target"), this.#typedTurn(), true));
+    }
+    byId("turned").addEventListener("change", (event) => this.#aim(this.target?.place ?? this.tip, event.target.checked ? this.turn : null, true));
+    for (const name of ["places", "places-by"]) byId(name).addEventListener("change", () => this.#reach());
   }
 
   // Called after every change of what the page shows.
@@ -36,6 +41,9 @@ export class Explorer {
     const place = `${this.number?.()} ${facts.history[state.design].iteration} ${facts.directory}`;
     if (place === this.place) return this.#reach();
     this.place = place;
+    const run = `${this.number?.()} ${facts.directory}`;
+    if (run !== this.run) this.sliders = [];
+    this.run = run;
     this.known = [];
     this.states.clear();
     this.#sliders();
@@ -73,7 +81,7 @@ export class Explorer {
     byId("chambers").replaceChildren(...this.sliders.map(({ row }) => row));
   }
 
-  // Show what is known now; ask for what is wanted when the sliders rest. target: { place, missed, reached }.
+  // Show what is known now; ask for what is wanted when the sliders rest. target: { place, turn, missed, reached }.
   #want(wanted, target = null) {
     Object.assign(this, { wanted, target });
     for (const { chamber, slider, shown } of this.sliders) {
@@ -92,12 +100,17 @@ export class Explorer {
     if (this.solving) this.timer = setTimeout(() => this.#solve(wanted, ticket), PATIENCE);
   }
 
-  // The tip to a place, or as near to it as it gets; from anywhere once the target stays there.
-  #aim(place, rests) {
+  // The tip to a place, turned if the target is, or as near to it as it gets; from anywhere once the target stays there.
+  #aim(place, turn, rests) {
     const model = this.#model;
-    if (!model || !place.every(Number.isFinite)) return;
-    const { pressures, missed, reached } = model.for(place, rests ? null : this.wanted);
-    this.#want(this.#whole(pressures), { place, missed, reached });
+    if (!model || ![...place, ...(turn ?? [])].every(Number.isFinite)) return;
+    const { pressures, missed, reached } = model.for(place, turn, rests ? null : this.wanted);
+    this.#want(this.#whole(pressures), { place, turn, missed, reached });
+  }
+
+  // The rotation vector that is typed, if the target is to be turned.
+  #typedTurn() {
+    return byId("turned").checked ? numbers("turn").map((degrees) => degrees / DEGREES) : null;
   }
 
   // With no pressure in the chambers that the model does not have.
@@ -107,14 +120,14 @@ export class Explorer {
 
   // The body of the fast model.
   #draw(wanted) {
-    const { shape, motions, tip, volumes, inside } = this.modelled;
+    const { shape, motions, tip, volumes, fineness, stiffness, inside } = this.modelled;
     const { errors, held_out: count } = this.page.facts.model;
     const words = wordsOf(wanted);
     const off = `off by at most ${atMost(errors.translation_mm)} mm at the tip and ${atMost(errors.shape_mm)} mm on the surfaces`;
     this.#say(`Drawn by the fast model, which was ${off} at ${count} exact states.${this.solving ? " The exact state is being solved …" : ""}`);
     if (!inside) byId("explore-warnings").replaceChildren(element("li", {}, "Outside the domain of the model: no stable state is known at these pressures."));
-    fillTable(byId("explored"), modelledTable({ motions, volumes, errors, inside }, words));
-    this.tip = tip;
+    fillTable(byId("explored"), modelledTable({ motions, volumes, fineness, stiffness, errors, inside }, words));
+    Object.assign(this, { tip, turn: motions.slice(3) });
     this.page.explored = { shape, words: `${words}, by the fast model` };
     byId("explore").dataset.drawn = keyOf(wanted);
     this.page.show();
@@ -136,16 +149,42 @@ export class Explorer {
     byId("driving").hidden = !drives;
     const { reach } = view ?? {};
     if (reach) {
-      reach.moved = (place, rests) => this.#aim(place, rests);
+      const turn = () => this.target?.turn ?? null;
+      reach.moved = (place, rests) => this.#aim(place, turn(), rests);
+      reach.turned = (turn, rests) => this.#aim(this.target.place, turn, rests);
       reach.chosen = (number) => this.#want(this.#whole(this.#model.ofPlace(number)));
-      reach.show(drives ? this.tip : null, this.target?.place ?? null, byId("places").checked);
+      reach.show(drives ? this.tip : null, this.target?.place ?? null, byId("places").checked, turn());
+      this.#paint(reach, drives);
     }
     if (!drives) return;
-    const at = this.target?.place ?? this.tip;
-    AXES.forEach((axis, k) => (byId(`target-${axis}`).value = at[k].toFixed(2)));
+    byId("turned").checked = Boolean(this.target?.turn);
+    byId("turns").hidden = !byId("turned").checked;
+    byId("places-colours").hidden = !byId("places").checked;
+    const [at, turn] = [this.target?.place ?? this.tip, this.target?.turn ?? this.turn];
+    AXES.forEach((axis, k) => {
+      byId(`target-${axis}`).value = at[k].toFixed(2);
+      byId(`turn-${axis}`).value = (DEGREES * turn[k]).toFixed(2);
+    });
+    const counted = this.target?.turn ? ", where 1° counts as 1 mm" : "";
     byId("reached").textContent = !this.target
       ? "Drag the ball at the tip, or type a place: the pressures follow."
-      : this.target.reached ? "The target is reached." : `The target is out of reach by ${short(this.target.missed, 2)} mm; this is the nearest place.`;
+      : this.target.reached ? "The target is reached." : `The target is out of reach by ${short(this.target.missed, 2)} mm${counted}; this is the nearest place.`;
+  }
+
+  // The places in the colours that were chosen, and their scale.
+  #paint(reach, drives) {
+    const by = drives && byId("places").checked ? byId("places-by").value : "";
+    const painted = `${by} ${this.place}`;
+    byId("places-scale").hidden = !by;
+    if (reach.painted === painted || !this.page.model) return;
+    reach.painted = painted;
+    const values = by ? this.page.model[by] : null;
+    const range = values && [Math.min(...values), Math.max(...values)];
+    reach.paint(values, range, DISPLACEMENT);
+    if (!values) return;
+    const [low, bar, high] = byId("places-scale").children;
+    [low.textContent, high.textContent] = range.map((value) => short(value, 2));
+    bar.style.background = `linear-gradient(to right, ${DISPLACEMENT.join(", ")})`;
   }
 
   // The state of a task at its whole pressures, which a run has stored with its numbers; nothing needs to be solved.
@@ -214,10 +253,11 @@ export class Explorer {
     const exact = keyOf(found.pressures) === keyOf(wanted);
     const words = pressureWords(found.step.pressure_MPa);
     this.tip = this.page.model ? this.page.model.rest.map((value, axis) => value + found.step.translation_mm[axis]) : null;
+    this.turn = found.step.rotation_rad;
     const off = exact && this.modelled && Math.hypot(...found.step.translation_mm.map((value, axis) => value - this.modelled.motions[axis]));
     this.#say(exact ? (this.modelled ? `This is the exact state. The tip of the fast model is at most ${atMost(off)} mm from it.` : "") : `Solving at ${wordsOf(wanted)} … Shown until then is the nearest known state, at ${words}.`);
     byId("explore-warnings").replaceChildren(...found.warnings.map((text) => element("li", {}, text)));
-    fillTable(byId("explored"), exploredTable(found.step, words));
+    fillTable(byId("explored"), exploredTable(found.step, words, exact ? this.modelled : null));
     this.page.explored = { shape: found.shape, words };
     byId("explore").dataset.solved = exact ? keyOf(wanted) : "";
     byId("explore").dataset.drawn = "";
@@ -255,6 +295,8 @@ export class Explorer {
     }
   }
 }
+
+const numbers = (name) => AXES.map((axis) => Number(byId(`${name}-${axis}`).value));
 
 const inKilopascals = (pressures) => named(Object.entries(pressures).map(([name, value]) => [name, 1e3 * value]));
 

@@ -1,7 +1,7 @@
 // The fast model of a body, as src/pneumorph/surrogate/reader.py reads it: poses from pressures, and pressures for a place.
 // Pressures are arrays in MPa in the order of the model's chambers; lengths are in mm, angles in rad.
 import { basisOf, gradientOf } from "./chebyshev.js";
-import { solved } from "./linear.js";
+import { eigenvalues, solved } from "./linear.js";
 
 export const MOTIONS = ["shift_x", "shift_y", "extension", "bending_x", "bending_y", "twist"];
 
@@ -11,8 +11,8 @@ const [STEPS, STARTS, SEEDS] = [25, 4, 512]; // most steps from a start, most st
 const TINY = 1e-9; // of a range
 
 export class Model {
-  // told: { chambers, bounds, corners, index, coefficients, errors } and perhaps more: one row of coefficients to a polynomial, six of the
-  // tip's motions and then one to the volume of each chamber.
+  // told: { chambers, bounds, corners, index, coefficients, soft, errors } and perhaps more: one row of coefficients to a polynomial, six
+  // of the tip's motions and then one to the volume of each chamber; soft: the same of its compliance against forces.
   constructor(told) {
     Object.assign(this, told);
     this.lower = this.bounds.map(([low]) => low);
@@ -43,6 +43,21 @@ export class Model {
   jacobian(p) {
     const columns = gradientOf(this.scaled(p), this.index).map((slopes, c) => times(slopes, this.coefficients).map((slope) => (2 * slope) / this.range[c]));
     return MOTIONS.map((_, row) => columns.map((column) => column[row]));
+  }
+
+  // By how much the tip goes, mm per MPa, in the direction in which it goes least, of those in which it can be moved, and most.
+  fineness(p) {
+    const rows = this.jacobian(p).slice(0, 3);
+    const few = rows[0].length < 3 ? rows[0].map((_, c) => rows.map((row) => row[c])) : rows;
+    const squares = eigenvalues(few.map((one) => few.map((other) => dot(one, other))));
+    return [squares[0], squares.at(-1)].map((square) => Math.sqrt(Math.max(square, 0)));
+  }
+
+  // Stiffness of the tip against forces, N/mm: along the axis in which it is softest, and stiffest; infinite where it is held.
+  stiffness(p) {
+    const [xx, yx, yy, zx, zy, zz] = times(basisOf(this.scaled(p), this.soft.index), this.soft.coefficients);
+    const soft = eigenvalues([[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]]);
+    return [soft[2], soft[0]].map((value) => 1 / Math.max(value, 0));
   }
 
   // Pressures from -1 to 1 over their ranges.

@@ -1,25 +1,37 @@
-// Where the tip can go and where it is wanted: a cloud of places with their hull, and a ball to be dragged.
+// Where the tip can go and where it is wanted: a cloud of places with their hull, a ball to be dragged, and three knobs on its axes
+// by which the target is turned.
 import * as THREE from "three";
+import { painted } from "./colours.js";
 import { ConvexGeometry } from "three/examples/jsm/geometries/ConvexGeometry.js";
 
 const WANTED = "#d1495b";
 const PLACES = "#5a7fb0";
+const AXES = [["x", "#1f7a8c"], ["y", "#4f772d"], ["z", "#7b4fa3"]];
+const ARM = 0.75; // length of the target's axes, of the radius of the body
 const [GRASP, NEAR] = [11, 8]; // pixels from the ball and from a place
 const FLAT = 0.02; // of its length, to which a hull has no inside worth drawing
 
 export class Reach {
   moved; // called with a place to which the ball is dragged, and whether it is let go there
+  turned; // the same with the rotation vector to which a knob is dragged
   chosen; // called with the number of a place that is clicked
 
   // One to a scene; what listens to the pointer stays with the view.
   constructor(view, radius) {
-    Object.assign(this, { view, places: [], words: [] });
+    Object.assign(this, { view, places: [], words: [], turn: null, arm: ARM * radius });
     this.group = new THREE.Group();
     this.group.visible = false;
     this.ball = new THREE.Mesh(new THREE.SphereGeometry(0.12 * radius, 24, 16), seenThrough(WANTED));
     this.ball.renderOrder = 13;
     this.line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: WANTED, depthTest: false, transparent: true }));
     this.line.renderOrder = 12;
+    this.axes = AXES.map(([name, color]) => {
+      const knob = new THREE.Mesh(new THREE.SphereGeometry(0.08 * radius, 24, 16), seenThrough(color));
+      const line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color, depthTest: false, transparent: true }));
+      knob.renderOrder = line.renderOrder = 13;
+      this.group.add(knob, line);
+      return { name, knob, line };
+    });
     this.cloud = new THREE.Group();
     this.cloud.visible = false;
     this.group.add(this.ball, this.line, this.cloud);
@@ -37,6 +49,7 @@ export class Reach {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.Float32BufferAttribute(places.flat(), 3));
     const points = new THREE.Points(geometry, new THREE.PointsMaterial({ color: PLACES, size: 2.5, sizeAttenuation: false, depthTest: false, transparent: true, opacity: 0.6 }));
+    this.points = points;
     points.renderOrder = 9;
     points.frustumCulled = false;
     this.cloud.add(points);
@@ -50,8 +63,18 @@ export class Reach {
     this.cloud.add(hull);
   }
 
-  // tip and wanted: places; wanted is null where only pressures are set.
-  show(tip, wanted, cloud) {
+  // Colour the places by values; by none, all have one colour.
+  paint(values, range, stops) {
+    const { geometry, material } = this.points;
+    if (values) geometry.setAttribute("color", new THREE.BufferAttribute(painted(values, range, stops), 3));
+    else geometry.deleteAttribute("color");
+    Object.assign(material, { vertexColors: values !== null, size: values ? 4 : 2.5, opacity: values ? 0.9 : 0.6, needsUpdate: true });
+    material.color.set(values ? "white" : PLACES);
+    this.view.draw();
+  }
+
+  // tip and wanted: places; wanted is null where only pressures are set. turn: the target's rotation vector, if it has one.
+  show(tip, wanted, cloud, turn = null) {
     this.group.visible = tip !== null;
     if (!tip) {
       this.words = [];
@@ -61,11 +84,30 @@ export class Reach {
     this.ball.position.fromArray(this.at);
     this.line.geometry.setFromPoints([new THREE.Vector3(...tip), this.ball.position]);
     this.cloud.visible = cloud;
-    this.words = wanted || cloud ? [] : [{ at: this.ball.position.clone(), text: "drag the tip" }];
+    this.turn = turn;
+    this.axes.forEach(({ knob, line }, k) => {
+      knob.visible = line.visible = turn !== null;
+      if (!turn) return;
+      knob.position.copy(this.#axis(k)).multiplyScalar(this.arm).add(this.ball.position);
+      line.geometry.setFromPoints([this.ball.position, knob.position]);
+    });
+    this.words = turn ? this.axes.map(({ name, knob }) => ({ at: knob.position.clone(), text: name }))
+      : wanted || cloud ? [] : [{ at: this.ball.position.clone(), text: "drag the tip" }];
     this.view.draw();
   }
 
-  // What is under the pointer: "ball", the number of a place, or null.
+  // Where an axis of the target points.
+  #axis(k) {
+    return new THREE.Vector3().setComponent(k, 1).applyQuaternion(quaternionOf(this.turn));
+  }
+
+  // The rotation vector with which an axis of the target points to a place, turned there by the shortest way.
+  turnedTo(k, place) {
+    const towards = new THREE.Vector3(...place).sub(this.ball.position).normalize();
+    return vectorOf(new THREE.Quaternion().setFromUnitVectors(this.#axis(k), towards).multiply(quaternionOf(this.turn)));
+  }
+
+  // What is under the pointer: "ball", the name of an axis whose knob it is, the number of a place, or null.
   under(point) {
     if (!this.group.visible) return null;
     const away = (place) => {
@@ -73,6 +115,8 @@ export class Reach {
       return Math.hypot(x - point[0], y - point[1]);
     };
     if (away(this.at) < GRASP) return "ball";
+    const held = this.turn && this.axes.find(({ knob }) => away(knob.position.toArray()) < GRASP);
+    if (held) return held.name;
     if (!this.cloud.visible) return null;
     const best = this.places.reduce((least, place, number) => (away(place) < least.away ? { away: away(place), number } : least), { away: NEAR, number: null });
     return best.number;
@@ -83,17 +127,24 @@ export class Reach {
 function listen(view) {
   if (view.listens) return;
   view.listens = true;
-  let [dragged, pressed] = [null, null];
+  let [dragged, pressed] = [null, null]; // dragged: where from, and which axis by its knob
   const pointOf = ({ clientX, clientY }) => {
     const { left, top } = view.canvas.getBoundingClientRect();
     return [clientX - left, clientY - top];
   };
   const on = (name, act) => view.place.addEventListener(name, act, true);
+  const drag = (point, { from, axis }, rests) => {
+    const place = view.placeAt(point, from);
+    if (axis < 0) view.reach.moved(place, rests);
+    else view.reach.turned(view.reach.turnedTo(axis, place), rests);
+  };
   on("pointerdown", (event) => {
     const point = pointOf(event);
     pressed = point;
-    if (event.button !== 0 || view.reach?.under(point) !== "ball") return;
-    dragged = view.reach.at;
+    const held = event.button === 0 ? view.reach?.under(point) : null;
+    if (typeof held !== "string") return;
+    const axis = AXES.findIndex(([name]) => name === held);
+    dragged = { axis, from: axis < 0 ? view.reach.at : view.reach.axes[axis].knob.position.toArray() };
     view.place.setPointerCapture(event.pointerId);
     event.stopPropagation();
   });
@@ -103,7 +154,7 @@ function listen(view) {
       return;
     }
     event.stopPropagation();
-    view.reach.moved(view.placeAt(pointOf(event), dragged), false);
+    drag(pointOf(event), dragged, false);
   });
   on("pointercancel", () => (dragged = pressed = null));
   on("pointerup", (event) => {
@@ -113,13 +164,24 @@ function listen(view) {
       dragged = null;
       event.stopPropagation();
       view.place.releasePointerCapture(event.pointerId);
-      return view.reach.moved(view.placeAt(point, from), true);
+      return drag(point, from, true);
     }
     // A click, which did not turn the picture.
     if (!pressed || Math.hypot(point[0] - pressed[0], point[1] - pressed[1]) > 3) return;
     const number = view.reach?.under(point);
     if (typeof number === "number") view.reach.chosen(number);
   });
+}
+
+function quaternionOf(turn) {
+  const vector = new THREE.Vector3(...turn);
+  return new THREE.Quaternion().setFromAxisAngle(vector.clone().normalize(), vector.length());
+}
+
+function vectorOf({ x, y, z, w }) {
+  const [length, sign] = [Math.hypot(x, y, z), w < 0 ? -1 : 1];
+  const factor = length > 0 ? (2 * sign * Math.atan2(length, Math.abs(w))) / length : 0;
+  return [x, y, z].map((part) => factor * part);
 }
 
 function seenThrough(color) {

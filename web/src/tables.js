@@ -32,8 +32,17 @@ export function tasksTable(facts, entry) {
   ];
 }
 
-// A state at pressures that were set on the page.
-export function exploredTable(step, words) {
+// How finely the tip moves and how stiff it is there, by the fast model.
+function capable({ fineness, stiffness }) {
+  const stiff = stiffness.map((value) => (Number.isFinite(value) ? short(value, 3) : "held"));
+  return [
+    ["1 kPa moves it, mm", `${short(fineness[0], 2)} at least, ${short(fineness[1], 2)} at most`],
+    ["stiffness of the tip, N/mm", `${stiff[0]} at least, ${stiff[1]} at most`],
+  ];
+}
+
+// A state at pressures that were set on the page; modelled: what the fast model says there, if there is one.
+export function exploredTable(step, words, modelled = null) {
   const volumes = Object.entries(step.volume_mm3).map(([name, volume]) => `${name} ${short(volume)}`);
   return [
     ["", words],
@@ -41,17 +50,19 @@ export function exploredTable(step, words) {
     ["tip turns, °", three(degrees(step.rotation_rad))],
     ["largest stretch", short(step.max_stretch, 4)],
     ["chambers, mm³", volumes.join(", ")],
+    ...(modelled ? capable(modelled) : []),
     ["stable", step.stable ? "yes" : "no"],
   ];
 }
 
 // The same by the fast model, with the largest errors that were measured.
-export function modelledTable({ motions, volumes, errors, inside }, words) {
+export function modelledTable({ motions, volumes, fineness, stiffness, errors, inside }, words) {
   return [
     ["", words],
     ["tip moves, mm", `${three(motions.slice(0, 3))} ± ${atMost(errors.translation_mm)}`],
     ["tip turns, °", `${three(degrees(motions.slice(3)))} ± ${atMost((180 / Math.PI) * errors.rotation_rad)}`],
     ["chambers, mm³", `${Object.entries(volumes).map(([name, volume]) => `${name} ${short(volume)}`).join(", ")} ± ${atMost(errors.volume_mm3)}`],
+    ...capable({ fineness, stiffness }),
     ["in the model’s domain", inside ? "yes" : "no"],
   ];
 }

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { MOTIONS, Model } from "../src/model.js";
-import { solved } from "../src/linear.js";
+import { eigenvalues, solved } from "../src/linear.js";
 
 const { model: told, asked, found } = JSON.parse(readFileSync(new URL("model.json", import.meta.url), "utf8"));
 const model = new Model(told);
@@ -23,6 +23,18 @@ test("poses, volumes, derivatives and the domain", () => {
     model.jacobian(p).forEach((row, k) => near(row, jacobian[k], 1e-10));
     assert.equal(model.inside(p), inside);
   }
+});
+
+test("how finely the tip moves, and how stiff it is", () => {
+  for (const { p, fineness, stiffness } of asked) {
+    near(model.fineness(p), fineness, 1e-7);
+    near(model.stiffness(p), stiffness, 1e-9);
+  }
+});
+
+test("eigenvalues, also of matrices with equal ones", () => {
+  near(eigenvalues([[2, 1, 0], [1, 2, 0], [0, 0, 3]]), [1, 3, 3]);
+  near(eigenvalues([[0, 1], [1, 0]]), [-1, 1]);
 });
 
 test("derivatives are those of the motions", () => {

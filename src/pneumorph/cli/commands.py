@@ -513,12 +513,16 @@ def report(
     """Write the page of a run, or of all members of a study: one file for any browser, with shapes and numbers."""
     from pneumorph.cli.trust import asking
     from pneumorph.interface.runs import open_run
+    from pneumorph.output.report import write_page
     from pneumorph.output.study_page import member_paths, write_study_page
 
     if members := member_paths(run):
         print(f"written to {write_study_page(run, [open_run(each, asking(trust)).directory for each in members], out)}")
     else:
-        print(f"written to {open_run(run, asking(trust)).report(out, model)}")
+        path, words = write_page(open_run(run, asking(trust)).directory, out, model)
+        print(f"written to {path}")
+        if words:
+            print(words)
 
 
 @doing("drawing")

@@ -13,7 +13,7 @@ from pneumorph import atomic
 from pneumorph.analysis.reaching import PUSH
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
-from pneumorph.errors import ProblemError
+from pneumorph.errors import ProblemError, writing
 from pneumorph.interface.reach import PressuresFound, motions_wanted, read_motions
 from pneumorph.problem.components import MOTIONS, is_turn
 
@@ -67,11 +67,15 @@ def reach(
     wanted = [motions_wanted(pairs(motions, "bending_y=30deg"))] if curve is None else read_motions(curve)
     given, acting = pairs(bounds, "A=0:60kPa"), pairs(load, "force_x=-0.1N")
     design = design_of(source, number, asking(trust))
+    if out is not None:
+        with writing(f"--csv {out}"):
+            out.parent.mkdir(parents=True, exist_ok=True)
     found = design.pressures_along(wanted, given, task, acting, block)
     for each in found:
         print(each)
     if out is not None:
-        atomic.write_bytes(out, _table(found).encode())
+        with writing(f"--csv {out}"):
+            atomic.write_bytes(out, _table(found).encode())
         print(f"written to {out}")
     return 0 if all(each.found.reached for each in found) else MISSED
 
@@ -80,8 +84,8 @@ def pairs(given: Sequence[str], example: str) -> dict[str, str]:
     pairs = {}
     for text in given:
         name, equals, value = text.partition("=")
-        if not equals:
-            raise ProblemError(f'"{text}": has no value; write it as {example}')
+        if not equals or not name.strip():
+            raise ProblemError(f'"{text}": has no {"name" if equals else "value"}; write it as {example}')
         pairs[name.strip()] = value
     return pairs
 

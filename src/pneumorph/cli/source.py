@@ -22,4 +22,6 @@ def design_of(source: Path, number: int | None, trust: Trust) -> Design:
         return open_run(source, trust).design(number)
     if number is not None:
         raise ProblemError(f"--design: {source} is not a run directory and has no designs; leave the option out")
+    if source.suffix == ".npz":
+        raise ProblemError(f"{source}: is no run and no problem file; give the directory of the run")
     return starting_design(load(source, trust))

@@ -370,7 +370,7 @@ class Design:
         Parameters
         ----------
         task : str
-            Whose loads act; by default the first. For others nothing is stored.
+            Whose loads act; by default the first. For others only the mesh is stored.
 
         Examples
         --------
@@ -392,7 +392,7 @@ class Design:
         under = under_loads(own, load, block, pushed)
         known = self.entry is not None and chosen == self.problem.task[0].name
         results = self.entry.tasks if self.entry is not None and known and under is own else None
-        return Explorer(under, self.body, self.stored if known else None, results)
+        return Explorer(under, self.body, self.stored, results)
 
     def pressures_for(
         self,

@@ -161,6 +161,8 @@ def build_model(
     if not 0 <= sections <= MOST_SECTIONS:
         raise ProblemError(f"sections: {sections} is not between 0 and {MOST_SECTIONS}; use e.g. 5")
     given = bounds_of(explorer.problem, bounds)
+    if still := [each.name for each in explorer.problem.body.chamber if each.name not in given]:
+        said(f"no pressure in {', '.join(still)}, as in all tasks; --bounds {still[0]}=0:60kPa lets it vary too")
     if len(given) > MOST_CHAMBERS:
         raise ProblemError(
             f"bounds: {len(given)} chambers are too many for a fast model, which may have {MOST_CHAMBERS}; use reach"

@@ -16,7 +16,7 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.problem import Problem
 from pneumorph.problem.components import MOTION_OF, MOTIONS, is_turn
 from pneumorph.problem.objectives.words import MOTION_WORDS
-from pneumorph.units import ANGLE, FORCE, LENGTH, MOMENT, PRESSURE, Kind, parse
+from pneumorph.units import ANGLE, FORCE, LENGTH, MOMENT, PRESSURE, Kind, parse, split
 
 NO_NEARER = 1e-3
 """Part of the distance below which it is no smaller at other pressures."""
@@ -224,7 +224,10 @@ def range_of(name: str, text: Any) -> tuple[float, float]:
     try:
         upper = parse(parts[-1], PRESSURE)
         unit = parts[-1].strip().lstrip("+-0123456789.eE ")
-        lower = parse(f"{parts[0]} {unit}", PRESSURE) if len(parts) == 2 else min(0.0, upper)
+        lower = min(0.0, upper)
+        if len(parts) == 2:
+            own = split(parts[0])
+            lower = parse(parts[0] if own and own[1] else f"{parts[0]} {unit}", PRESSURE)
     except ValueError as error:
         raise ProblemError(f"{name}: {error}") from None
     upper = max(0.0, upper) if len(parts) == 1 else upper

@@ -25,14 +25,26 @@ from pneumorph.run import RunDirectory
 PAGE = "page/report.html"
 """The page without a run, as `web/build.js` makes it."""
 
+NO_MODEL = "there are no pressures to set"
 
-@doing("writing the page")
+
 def write_report(run: RunDirectory, path: Path | None = None, model: Path | None = None) -> Path:
     """Write the page of a run with at least one design, which may be still running or have failed; see `Run.report`."""
+    return write_page(run, path, model)[0]
+
+
+@doing("writing the page")
+def write_page(run: RunDirectory, path: Path | None = None, model: Path | None = None) -> tuple[Path, str]:
+    """The same, with a sentence on the fast model on it, or on why that of the run is not; empty without one."""
     path = run.path / "report.html" if path is None else Path(path)
-    block = facts_and_shapes(run, finished(run), model=model, driven=True)
-    page = page_of([block], run.problem.title or run.path.resolve().name)
-    return save_page(page, path)
+    facts, arrays = _collected(run, finished(run), model=model, driven=True)
+    page = page_of([pack(facts, arrays, 9)], run.problem.title or run.path.resolve().name)
+    given = run.path / NAME if model is None else model
+    words = "; ".join(note for note in facts["notes"] if note.startswith(NO_MODEL))
+    if "model" in facts:
+        told = facts["model"]
+        words = f"the fast model {given} is on it: design {told['design']} follows sliders and a target"
+    return save_page(page, path), words
 
 
 def save_page(page: str, path: Path) -> Path:
@@ -92,6 +104,19 @@ def facts_and_shapes(
     ProblemError
         If the model that is given cannot be shown.
     """
+    return pack(*_collected(run, history, more, numbers, known, model, driven), level)
+
+
+def _collected(
+    run: RunDirectory,
+    history: list[HistoryEntry],
+    more: Mapping[str, Any] | None = None,
+    numbers: int | None = None,
+    known: Known | None = None,
+    model: Path | None = None,
+    driven: bool = False,
+) -> tuple[dict[str, Any], Arrays]:
+    """The facts and arrays of such a block."""
     start = body_of(run.problem)
     bodies = [run.load_design(entry.iteration).on(start) for entry in history]
     surfaces, drawn = packed_surfaces(bodies)
@@ -102,7 +127,7 @@ def facts_and_shapes(
     obstacles, beside = packed_obstacles(run.problem)
     shapes = {"surfaces": surfaces, "obstacles": obstacles, "states": states, "notes": notes + left_out}
     facts = facts_of(run, history) | words | shapes | told | dict(more or {})
-    return pack(facts, drawn | used | beside | moved | modes, level)
+    return facts, drawn | used | beside | moved | modes
 
 
 def _model(
@@ -117,7 +142,7 @@ def _model(
     try:
         return *packed_model(own, run.problem, history, bodies), []
     except ProblemError as error:
-        return {}, {}, [f"there are no pressures to set, since {error}"]
+        return {}, {}, [f"{NO_MODEL}, since {error}"]
 
 
 def page_of(blocks: Sequence[bytes], title: str) -> str:

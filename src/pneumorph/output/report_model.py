@@ -74,6 +74,8 @@ def packed_model(
         "corners": model.corners.tolist(),
         "index": model.index.tolist(),
         "coefficients": model.coefficients[:, :count].tolist(),
+        # The compliance against forces: the first six entries of the lower triangle.
+        "soft": {"index": model.soft_index.tolist(), "coefficients": model.soft_coefficients[:, :6].tolist()},
         "amounts": {"index": modes.index.tolist(), "coefficients": modes.coefficients.tolist()},
         "errors": model.errors,
         "held_out": model.header["held_out"],

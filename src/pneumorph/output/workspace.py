@@ -1,4 +1,5 @@
-"""Where the tip of a body can go: its places from in front, from the side and from above, and how stiff it is there."""
+"""Where the tip of a body can go: its places from in front, from the side and from above, and how finely it moves and
+how stiff it is there."""
 
 from __future__ import annotations
 
@@ -23,32 +24,34 @@ SIZE = 0.12
 
 
 def workspace_figure(found: Workspace) -> Figure:
-    """Places of the tip relative to where it is without motion, mm, coloured by the least stiffness.
+    """Places of the tip relative to where it is without motion, mm, coloured by dexterity and by least stiffness.
 
     An ellipse is where small forces of one size in all directions move the tip to, so the tip is soft along its longer
     axis; all are drawn to one scale, which the title says.
     """
-    places, softest = found.motions[:, :3], found.stiffness[:, 0]
-    figure = Figure(figsize=(PAGE, 0.42 * PAGE), layout="constrained")
-    panels = figure.subplots(1, len(VIEWS))
+    places = found.motions[:, :3]
+    maps = (("least motion (mm/kPa)", 1e-3 * found.finest), ("least stiffness (N/mm)", found.stiffness[:, 0]))
+    figure = Figure(figsize=(PAGE, 0.8 * PAGE), layout="constrained")
+    panels = figure.subplots(len(maps), len(VIEWS))
     chosen = apart(places, ELLIPSES)
     extent = max(float(np.ptp(places, axis=0).max()), 1e-3)
     longest = float(np.sqrt(np.max([np.linalg.eigvalsh(found.soft[k] @ found.soft[k])[-1] for k in chosen])))
     force = SIZE * extent / (2.0 * longest)
-    colours = None
-    for axes, (right, up) in zip(panels, VIEWS, strict=True):
-        colours = axes.scatter(places[:, right], places[:, up], c=softest, s=1.5, linewidths=0, rasterized=True)
-        for k in chosen:
-            axes.add_patch(_ellipse(places[k], found.soft[k], (right, up), force))
-        axes.plot(0, 0, "+", color=INK, markersize=6)
-        axes.set_aspect("equal", adjustable="datalim")
-        axes.set_xlabel(f"{AXES[right]} (mm)", fontsize=SMALL)
-        axes.set_ylabel(f"{AXES[up]} (mm)", fontsize=SMALL)
-        plain(axes)
-    assert colours is not None
-    bar = figure.colorbar(colours, ax=panels, shrink=0.8)
-    bar.set_label("least stiffness (N/mm)", fontsize=SMALL)
-    bar.ax.tick_params(labelsize=SMALL)
+    for number, (words, values) in enumerate(maps):
+        colours = None
+        for axes, (right, up) in zip(panels[number], VIEWS, strict=True):
+            colours = axes.scatter(places[:, right], places[:, up], c=values, s=1.5, linewidths=0, rasterized=True)
+            for k in chosen if number else ():
+                axes.add_patch(_ellipse(places[k], found.soft[k], (right, up), force))
+            axes.plot(0, 0, "+", color=INK, markersize=6)
+            axes.set_aspect("equal", adjustable="datalim")
+            axes.set_xlabel(f"{AXES[right]} (mm)", fontsize=SMALL)
+            axes.set_ylabel(f"{AXES[up]} (mm)", fontsize=SMALL)
+            plain(axes)
+        assert colours is not None
+        bar = figure.colorbar(colours, ax=list(panels[number]), shrink=0.8)
+        bar.set_label(words, fontsize=SMALL)
+        bar.ax.tick_params(labelsize=SMALL)
     figure.suptitle(f"motion of the tip, + at rest; ellipses: what {force:.2g} N move it by", fontsize=TEXT)
     return figure
 

@@ -9,10 +9,9 @@ copied into any other program.
     model.pressures_for({"shift_x": 5.0, "bending_y": 0.3}).pressures  # mm, rad -> MPa
 
 Values are polynomials Σ_k a_k Π_c T_n(k,c)(x_c) with Chebyshev's T_n; x_c goes from -1 to 1 over the range of input c.
-Inputs are pressures, and then loads if the model has some: the force on the tip (force_x, …, N), and gravity in parts
-of its acceleration (gravity_x, …). Loads that are not named have their `usual` values. The domain is a union of boxes,
-each from zero to a corner: beyond it no stable state is known. `errors` were measured at exact states that were not
-fitted to. Whatever is wrong raises a `ModelError` of one line.
+Inputs are pressures, and then loads if there are some: the force on the tip (force_x, …, N), gravity in parts of its
+acceleration (gravity_x, …). The domain is a union of boxes, each from zero to a corner: beyond it no stable state is
+known. `errors` were measured at exact states that were not fitted to. What is wrong raises a `ModelError` of one line.
 """
 
 from __future__ import annotations
@@ -26,17 +25,15 @@ from pathlib import Path
 import numpy as np
 
 FORMAT, VERSIONS = "pneumorph-model", (1, 2)
+ERRORS = ("translation_mm", "rotation_rad")
+ARRAYS = ("bounds", "corners", "index", "coefficients", "soft_index", "soft_coefficients")
 Inputs = Mapping[str, float] | Sequence[float] | np.ndarray
-
 MOTIONS = ("shift_x", "shift_y", "extension", "bending_x", "bending_y", "twist")
 """Motions of the tip: along x, y, z in mm, and the components of its rotation vector in rad."""
-PER_RADIAN = math.degrees(1.0)
-"""Millimetres that count as much as a radian where a motion cannot be reached."""
-
-EFFORT = 1e-4
-"""Weight of the pressures, as parts of their ranges, against distances as parts of the reach: the least are found."""
-STEPS, STARTS, SEEDS = 25, 4, 512
-"""Most steps from a start, most starts, and poses among which they are chosen."""
+PER_RADIAN = math.degrees(1.0)  # mm that count as much as a radian where a motion cannot be reached
+EFFORT = 1e-4  # weight of pressures, as parts of their ranges, against distances as parts of the reach
+STEPS, STARTS, SEEDS = 25, 4, 512  # most steps from a start, most starts, and poses among which they are chosen
+LARGEST = 1e9  # of motions that are sought, mm or rad
 
 
 class ModelError(ValueError):
@@ -45,8 +42,7 @@ class ModelError(ValueError):
 
 @dataclass(frozen=True)
 class Pose:
-    """The pose of the tip: translation (mm), rotation vector (rad). `inside` says whether it is in the domain, and
-    `error` by how much (mm, rad) the pose was wrong at most where that was measured."""
+    """Translation (mm) and rotation vector (rad) of the tip, whether it is in the domain, largest errors (mm, rad)."""
 
     translation: np.ndarray
     rotation: np.ndarray
@@ -56,8 +52,8 @@ class Pose:
 
 @dataclass(frozen=True)
 class Found:
-    """The pressures {chamber: MPa} for a motion, the pose there, by how much the motion is missed (mm, where 1° counts
-    as 1 mm), and whether that is less than the error of the model."""
+    """The pressures {chamber: MPa} for a motion, the pose there, what is missed (mm; 1° counts as 1 mm), and whether
+    that is less than the error of the model."""
 
     pressures: dict[str, float]
     pose: Pose
@@ -68,14 +64,10 @@ class Found:
 class Model:
     """A fast model, from the path of a file that `pneumorph model` has written.
 
-    Attributes
-    ----------
-    header : what the file says of itself, see docs/how_to/model.md.
-    chambers, loads : names, in the order of inputs.
-    usual : {load: value}; index, coefficients : (t, C), (t, m) of the polynomials of the outputs
-    bounds : (C, 2) MPa, and N or parts of gravity.
-    corners : (K, C) of the boxes that are the domain.
-    errors : {"translation_mm", "rotation_rad", "volume_mm3", …: largest error measured}
+    `header` is what the file says of itself, see docs/how_to/model.md; `chambers` and then `loads` are the inputs in
+    their order, `usual` {load: value} those of the task. `bounds` (C, 2) and the `corners` (K, C) of the boxes that are
+    the domain are in MPa, and N or parts of gravity; `errors` {name: largest error measured}. `index` (t, C) and
+    `coefficients` (t, m) are those of the outputs, `soft_index` and `soft_coefficients` of the compliance's triangle.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -89,12 +81,11 @@ class Model:
         self.bounds, self.corners = arrays["bounds"], arrays["corners"]
         self._lower, self._range = self.bounds[:, 0], np.ptp(self.bounds, axis=1)
         self.index, self.coefficients = arrays["index"].astype(np.intp), arrays["coefficients"]
-        self._soft_index, self._soft = arrays["soft_index"].astype(np.intp), arrays["soft_coefficients"]
-        self._order = np.arange(1 + max(self.index.max(), self._soft_index.max()), dtype=float)[:, None]
+        self.soft_index, self.soft_coefficients = arrays["soft_index"].astype(np.intp), arrays["soft_coefficients"]
+        self._order = np.arange(1 + max(self.index.max(), self.soft_index.max()), dtype=float)[:, None]
         self._columns = np.arange(len(self.bounds))
-        self._slopes = np.stack(
-            [_derivative(self.index, self.coefficients, c) * 2.0 / self._range[c] for c in self._columns], axis=-1
-        )
+        slopes = [_derivative(self.index, self.coefficients, c) * 2.0 / self._range[c] for c in self._columns]
+        self._slopes = np.stack(slopes, axis=-1)
         # All six motions and their slopes at once.
         self._tip = np.hstack([self.coefficients[:, :6], self._slopes[:, :6].reshape(len(self.index), -1)])
         self._spread(np.array(list(self.usual.values())))
@@ -102,9 +93,7 @@ class Model:
     def pose(self, pressures: Inputs) -> Pose:
         """The pose of the tip at pressures (MPa) and loads, by name or in order; other chambers have none."""
         motion = self._basis(p := self._given(pressures), self.index) @ self.coefficients[:, :6]
-        return Pose(
-            motion[:3], motion[3:], self.inside(p), (self.errors["translation_mm"], self.errors["rotation_rad"])
-        )
+        return Pose(motion[:3], motion[3:], self.inside(p), (self.errors[ERRORS[0]], self.errors[ERRORS[1]]))
 
     def values(self, pressures: np.ndarray) -> np.ndarray:
         """All outputs (n, m) at many inputs (n, C); not checked against the bounds."""
@@ -112,8 +101,7 @@ class Model:
 
     def volumes(self, pressures: Inputs) -> dict[str, float]:
         """The volumes of the chambers in mm³."""
-        values = self.values(self._given(pressures))[6 : 6 + len(self.chambers)]
-        return dict(zip(self.chambers, values.tolist(), strict=True))
+        return dict(zip(self.chambers, self.values(self._given(pressures))[6:].tolist(), strict=False))
 
     def jacobian(self, pressures: Inputs) -> np.ndarray:
         """Derivatives (6, C) of the tip's motions by the pressures, mm/MPa and rad/MPa, and by the loads."""
@@ -129,7 +117,7 @@ class Model:
 
     def compliances(self, pressures: np.ndarray) -> np.ndarray:
         """The same (n, 6, 6) at many inputs (n, C); not checked against the bounds."""
-        packed = self._basis(np.asarray(pressures, float), self._soft_index) @ self._soft
+        packed = self._basis(np.asarray(pressures, float), self.soft_index) @ self.soft_coefficients
         full = np.zeros((len(packed), 6, 6))
         row, column = np.tril_indices(6)
         full[:, row, column] = full[:, column, row] = packed
@@ -142,33 +130,28 @@ class Model:
     def all_inside(self, pressures: np.ndarray) -> np.ndarray:
         """The same (n,) for many inputs (n, C)."""
         p, tiny = np.asarray(pressures, float)[:, None], 1e-9 * self._range
-        low, high = np.minimum(self.corners, 0.0) - tiny, np.maximum(self.corners, 0.0) + tiny
-        boxed = np.all((p >= self._lower - tiny) & (p <= self.bounds[:, 1] + tiny), axis=(1, 2))
-        return boxed & np.any(np.all((p >= low) & (p <= high), axis=2), axis=1)
+        low = np.maximum(np.minimum(self.corners, 0.0), self._lower) - tiny
+        high = np.minimum(np.maximum(self.corners, 0.0), self.bounds[:, 1]) + tiny
+        return np.any(np.all((p >= low) & (p <= high), axis=2), axis=1)
 
     def pressures_for(
         self, wanted: Mapping[str, float], near: Inputs | None = None, loads: Mapping[str, float] | None = None
     ) -> Found:
-        """The pressures in the domain with which the tip moves as wanted, or as near to it as it can.
-
-        Parameters
-        ----------
-        wanted : {motion: mm or rad}
-            Of `MOTIONS`; those that are not named are free.
-        near : pressures from which to begin, such as those of the pose before; by default those of the nearest pose.
-        loads : those that act; the others have their usual values.
-        """
-        if not np.array_equal(acting := self._given(loads or {})[len(self.chambers) :], self._acting):
+        """The pressures in the domain with which the tip moves as wanted {motion: mm or rad}, or as near to it as it
+        can; motions that are not named are free. The search begins near given pressures, such as those of the pose
+        before, or else near the nearest pose that is known. Loads that are not given have their usual values."""
+        acting = self._given({**dict(zip(self.chambers, self._lower, strict=False)), **(loads or {})})
+        if not np.array_equal(acting := acting[len(self.chambers) :], self._acting):
             self._spread(acting)
-        for name, value in (wanted or {"motion": 0.0}).items():
+        for name, value in (wanted if isinstance(wanted, Mapping) and wanted else {"motion": 0.0}).items():
             if name not in MOTIONS:
                 raise ModelError(f"{name}: give motions of {', '.join(MOTIONS)}")
-            if not (isinstance(value, int | float | np.number) and math.isfinite(value)):
-                raise ModelError(f"{name}: {value} is no finite number; give mm, or rad for turns")
+            if not (isinstance(value, int | float | np.number) and abs(value) < LARGEST):
+                raise ModelError(f"{name}: {value} is no number below {LARGEST:g}; give mm, or rad for turns")
         rows = [MOTIONS.index(name) for name in wanted]
         scale, goal = np.where(np.array(rows) < 3, 1.0, PER_RADIAN), np.array(list(wanted.values()), float)
         away = np.linalg.norm((self._seed_motions[:, rows] - goal) * scale, axis=1)
-        error = math.hypot(self.errors["translation_mm"], PER_RADIAN * self.errors["rotation_rad"])
+        error = math.hypot(self.errors[ERRORS[0]], PER_RADIAN * self.errors[ERRORS[1]])
         # First from what is nearest in every box, then from elsewhere.
         nearest = np.argsort(away)
         first = self._seeds[nearest[0]] if near is None else self._under(self._given(near))
@@ -184,10 +167,8 @@ class Model:
 
     def _descend(self, p: np.ndarray, box: np.ndarray, rows: list[int], scale: np.ndarray, goal: np.ndarray):
         """Levenberg's and Marquardt's method from p in a box: the pressures (C,) there, and what is missed."""
-        low, high = box
-        p, damping = np.clip(p, low, high), 1e-3
-        off, slope = self._off(p, rows, scale, goal)
-        effort = EFFORT * self._reach
+        (low, high), damping, effort = box, 1e-3, EFFORT * self._reach
+        off, slope = self._off(p := np.clip(p, low, high), rows, scale, goal)
         merit = off @ off + effort**2 * np.sum((p / self._range) ** 2)
         for _ in range(STEPS):
             gradient = slope.T @ off + effort**2 * p / self._range
@@ -200,16 +181,15 @@ class Model:
             step = np.zeros(len(p))
             step[free] = np.linalg.solve(own + damping * np.diag(np.diag(own)), -gradient[free])
             step = np.clip(step, q_low, q_high)
-            there = p + step * self._range
-            new_off, new_slope = self._off(there, rows, scale, goal)
+            new_off, new_slope = self._off(there := p + step * self._range, rows, scale, goal)
             new = new_off @ new_off + effort**2 * float(np.sum((there / self._range) ** 2))
-            if new < merit:
-                gained, least = merit - new, 1e-10 * merit + 1e-18 * self._reach**2
-                p, off, slope, merit, damping = there, new_off, new_slope, new, damping / 10
-                if gained < least:
-                    break
-            else:
+            if not new < merit:
                 damping *= 10
+                continue
+            gained, least = merit - new, 1e-10 * merit + 1e-18 * self._reach**2
+            p, off, slope, merit, damping = there, new_off, new_slope, new, damping / 10
+            if gained < least:
+                break
         return p, float(np.linalg.norm(off))
 
     def _off(self, p: np.ndarray, rows: list[int], scale: np.ndarray, goal: np.ndarray):
@@ -258,11 +238,13 @@ class Model:
                 if name not in names:
                     raise ModelError(f"{name}: there is no such chamber or load; the model has {', '.join(names)}")
             pressures = [pressures.get(name, self.usual.get(name, 0.0)) for name in names]
-        if len(pressures) == len(self.chambers):
-            pressures = [*pressures, *self.usual.values()]
-        if len(pressures) != len(names):
-            raise ModelError(f"{len(pressures)} values are given; the model has {len(names)}: {', '.join(names)}")
-        p = np.asarray(pressures, float)
+        try:
+            p = np.array([float(value) for value in pressures])
+        except (TypeError, ValueError):
+            raise ModelError(f"{pressures}: give a number for each of {', '.join(names)}") from None
+        p = np.append(p, [*self.usual.values()]) if len(p) == len(self.chambers) else p
+        if len(p) != len(names):
+            raise ModelError(f"{len(p)} values are given; the model has {len(names)}: {', '.join(names)}")
         beyond = ~((p >= self._lower - 1e-9 * self._range) & (p <= self.bounds[:, 1] + 1e-9 * self._range))
         if beyond.any():
             k = int(np.argmax(beyond))
@@ -288,13 +270,31 @@ def _read(path: Path) -> dict:
         with np.load(path, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
         kind, version = (header := json.loads(bytes(arrays["header"])))["format"], header["version"]
+        known = kind == FORMAT and version in VERSIONS
+        sound = not known or _sound(header, *(arrays[name] for name in ARRAYS))
     except Exception as error:  # zipfile has errors of its own
         said = "there is no such file" if isinstance(error, FileNotFoundError) else "is no model file, or damaged"
         raise ModelError(f"{path}: {said}; write one with pneumorph model") from None
-    if kind != FORMAT or version not in VERSIONS:
+    if not known:
         raise ModelError(f"{path}: is {kind} {version}, this reader reads {FORMAT} 1 and 2; write the model again")
-    shapes = {"bounds", "corners", "index", "coefficients", "soft_index", "soft_coefficients"}
-    missing = sorted(shapes - arrays.keys())
-    if missing or not all(np.isfinite(arrays[name]).all() for name in shapes):
-        raise ModelError(f"{path}: has no finite {missing[0] if missing else 'numbers'}; write the model again")
+    if not sound:
+        raise ModelError(f"{path}: is damaged, its parts do not fit together; write the model again")
     return {**arrays, "header": header}
+
+
+def _sound(header: dict, bounds, corners, index, coefficients, soft_index, soft_coefficients) -> bool:
+    """Whether numbers are finite and what a header and arrays say fits together."""
+    names, rows = [*header["chambers"], *header.get("loads", ())], set(map(tuple, index.tolist()))
+    shapes = [(len(coefficients), len(names)), (len(soft_coefficients), len(names)), (len(names), 2)]
+    numbers = [*header.get("usual", ()), *(header["errors"][name] for name in ERRORS)]
+    return (
+        all(isinstance(name, str) for name in names)
+        and all(np.isfinite(part).all() for part in (bounds, corners, coefficients, soft_coefficients, numbers))
+        and [index.shape, soft_index.shape, bounds.shape] == shapes
+        and coefficients.shape[1] == len(header["outputs"]) >= 6 + len(header["chambers"])
+        and (len(corners) > 0, corners.shape[1:], soft_coefficients.shape[1:]) == (True, (len(names),), (21,))
+        and len(header.get("usual", ())) == len(header.get("loads", ()))
+        and bool((bounds[:, 0] < bounds[:, 1]).all() and min(index.min(), soft_index.min()) >= 0)
+        # Their derivatives are polynomials of the same kinds.
+        and all(n == 0 or (*row[:c], n - 1, *row[c + 1 :]) in rows for row in rows for c, n in enumerate(row))
+    )
