@@ -22,9 +22,7 @@ def main() -> None:
     parser.add_argument("models", nargs="+")
     parser.add_argument("--places", type=int, default=200)
     asked = parser.parse_args()
-    print(
-        "| model | inputs | polynomials | pose (µs) | Jacobian (µs) | places found | pressures (ms) | most (ms) |"
-    )
+    print("| model | inputs | polynomials | pose (µs) | Jacobian (µs) | places found | pressures (ms) | most (ms) |")
     print("|---" * 8 + "|")
     for path in asked.models:
         print(row(path, asked.places), flush=True)
