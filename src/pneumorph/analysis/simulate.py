@@ -16,6 +16,7 @@ from pneumorph.analysis.collect import by_region, poses_of, vector
 from pneumorph.analysis.cycles import Durations, cycles_of, timed_paths
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
 from pneumorph.analysis.stiffness import direction, stiffness_at
+from pneumorph.analysis.tolerances import Tolerances, of_sources
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (
@@ -49,6 +50,7 @@ from pneumorph.objective import Objective, build_objectives, measure_features
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting
 from pneumorph.results.records import Cycle, SweepStep, Vector
+from pneumorph.sensitivity import by_moduli
 
 MOST_FRICTION = 10.0
 """A larger coefficient is taken for a mistake: those of rubber are a few at most."""
@@ -202,6 +204,8 @@ class Simulation:
                     if self.stiffness and isinstance(answer, Equilibrium):
                         stiff = stiffness_at(settled(at, answer), own_tangent, answer, whole, self.along)
                         step = replace(step, stiffness=stiff)
+                    if isinstance(answer, Equilibrium) and answer.stable:
+                        step = self._with_rubber(step, at, own_tangent, answer)
                     if number == len(configurations) and isinstance(answer, Equilibrium):
                         step = self._with_error(step, at, own_tangent, answer, whole)
                     for curve in new:
@@ -227,6 +231,27 @@ class Simulation:
         if whole is not None:
             return _sweep_of_part(path, tangent, whole)
         return zip(path, sweep(path, tangent), strict=True)
+
+    def _with_rubber(self, step: SweepStep, at: Configuration, tangent: Tangent, answer: Equilibrium) -> SweepStep:
+        """A step with what is known of the moduli of the rubbers, each of which scatters by itself."""
+        known = of_sources(Tolerances(), self.problem).rubbers
+        if self.friction or self.durations is not None or not known:
+            return step
+        found = by_moduli(settled(at, answer), tangent, answer.state)
+        off = [(part, found[name]) for name, part in known.items()]
+        moved = np.array([part * each.motion for part, each in off])
+        forces = np.array([part * each.exerted for part, each in off])
+        spring = at.model.copies * np.asarray(at.loads.spring) * (moved if at.model.plate else 0.0)
+        exerted = np.linalg.norm(forces + spring, axis=0)
+        return replace(
+            step,
+            rubber_translation=vector(np.linalg.norm(moved[:, :3], axis=0)),
+            rubber_rotation=vector(np.linalg.norm(moved[:, 3:], axis=0)),
+            rubber_reaction={name: float(exerted[COMPONENTS.index(name)]) for name in step.reaction},
+            rubber_volumes={
+                name: float(np.linalg.norm([part * each.volumes[name] for part, each in off])) for name in step.volumes
+            },
+        )
 
     def _with_error(
         self, step: SweepStep, at: Configuration, tangent: Tangent, answer: Equilibrium, whole: Whole | None

@@ -18,6 +18,9 @@ from pneumorph.results import SweepStep
 LEAST = 1e-6
 """Forces in N, and a tenth of torques in N·mm, below which they are rounding."""
 
+NOTHING = {"mm": 1e-3, "°": 1e-2}
+"""Deviations of motions below which they are those of a body at rest."""
+
 NARROWEST = 7
 """Characters of a column of numbers at least."""
 
@@ -58,7 +61,8 @@ class Rows:
         row = self._line(step.task, map(str, cells))
         style = "red" if not step.converged else "yellow" if is_doubtful(step) else ""
         yield Text("  ".join([row, ", ".join(said)]).rstrip(), style=style)
-        if told := of_step(step):
+        # Only the last step of a sweep has the error of the mesh, and a line of its own.
+        if step.fine_translation is not None and (told := of_step(step)):
             yield Text(f"{step.task}: {told}")
 
     def _line(self, first: str, others: Iterable[str]) -> str:
@@ -103,7 +107,12 @@ def found(step: SweepStep, task: Task) -> list[Cell]:
 
 def remarks(step: SweepStep) -> list[str]:
     """What is to be known of a state besides its numbers."""
-    said = ["beyond the range of the rubber's parameters"] if step.beyond_validity else []
+    said = []
+    if step.rubber_translation is not None and step.rubber_rotation is not None:
+        place, turn = (float(np.linalg.norm(each)) for each in (step.rubber_translation, step.rubber_rotation))
+        if place >= NOTHING["mm"] or np.degrees(turn) >= NOTHING["°"]:
+            said.append(f"rubber ± {place:.2g} mm, {np.degrees(turn):.2g}°")
+    said += ["beyond the range of the rubber's parameters"] if step.beyond_validity else []
     said += [f"buckled at {format_pressures(step.buckled)}"] if step.buckled else []
     said += [f"does not touch {name}: a real cup leaks" for name in step.pull if _leaks(step, name)]
     said += [] if step.stable else ["not stable: the body would buckle"]

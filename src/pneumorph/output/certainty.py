@@ -52,17 +52,34 @@ def of_sums(here: FineResult | TaskResult, fine: FineResult) -> Iterator[str]:
 
 
 def of_step(step: SweepStep) -> str:
-    """What the mesh makes uncertain in a step that has estimates: its motions and reactions; empty in others."""
-    if step.fine_translation is None or step.fine_rotation is None:
+    """What mesh and rubber make uncertain in a step, of its motions and reactions; empty where neither is known."""
+    fine, rubber = (
+        None if place is None or turn is None else Moved(place, turn)
+        for place, turn in (
+            (step.fine_translation, step.fine_rotation),
+            (step.rubber_translation, step.rubber_rotation),
+        )
+    )
+    if fine is None and rubber is None:
         return ""
-    fine = Moved(step.fine_translation, step.fine_rotation)
-    motions = [(motion_amount(name, 1.0, step), motion_amount(name, 1.0, fine)) for name in MOTIONS]
-    said = [f"{one.word} {one.with_error(other)}" for one, other in motions if abs(one.value) >= LEAST[one.unit]]
+    said = []
+    for name in MOTIONS:
+        own = motion_amount(name, 1.0, step)
+        if abs(own.value) >= LEAST[own.unit]:
+            told = str(own) if fine is None else own.with_error(motion_amount(name, 1.0, fine))
+            off = None if rubber is None else motion_amount(name, 1.0, rubber)
+            said.append(f"{own.word} {told}{_by_rubber(off and abs(off.value), own.unit)}")
     for name, value in step.reaction.items():
         unit = "N·mm" if is_turn(name) else "N"
         if abs(value) >= LEAST[unit]:
-            said.append(f"{name} {value:.4g} ± {abs(step.fine_reaction[name] - value):.2g} {unit} (mesh)")
+            mesh = f" ± {abs(step.fine_reaction[name] - value):.2g} {unit} (mesh)" if fine else f" {unit}"
+            said.append(f"{name} {value:.4g}{mesh}{_by_rubber(step.rubber_reaction.get(name), unit)}")
     return ", ".join(said)
+
+
+def _by_rubber(off: float | None, unit: str) -> str:
+    """One standard deviation by the rubber, to follow a value; empty where it is not known."""
+    return "" if off is None else f" ± {off:.2g}{'' if unit == '°' else ' '}{unit} (rubber)"
 
 
 class Moved(NamedTuple):

@@ -47,6 +47,10 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     header += [f"pose_{name}_{axis}_mm" for name in _free(curves) for axis in AXES]
     header += [f"pose_{name}_turn_{axis}_deg" for name in _free(curves) for axis in AXES]
     header += ["self_contact_N"] if _touches_itself(curves) else []
+    if _scatters(curves):
+        header += [f"rubber_translation_{axis}_mm" for axis in AXES] + [f"rubber_rotation_{axis}_deg" for axis in AXES]
+        header += [f"rubber_reaction_{name}_{UNITS[name].replace('*', '_')}" for name in blocked]
+        header += [f"rubber_volume_{name}_mm3" for name in chambers]
     header += ["max_stretch", "beyond_validity", "converged", "reason"]
     rows = [
         [curve.task, "+".join(curve.swept), *_cells(step, chambers, blocked, curves)]
@@ -101,6 +105,11 @@ def _touches_itself(curves: Sequence[Curve]) -> bool:
     return any(step.self_contact > 0.0 for curve in curves for step in curve.found)
 
 
+def _scatters(curves: Sequence[Curve]) -> bool:
+    """Whether it is known how far steps scatter with the rubber."""
+    return any(step.rubber_translation is not None for curve in curves for step in curve.steps)
+
+
 def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], curves: Sequence[Curve]) -> Row:
     obstacles = touched(curves)
     return [
@@ -121,10 +130,21 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], cur
         *(part for name in _free(curves) for part in step.pose_translations.get(name, (nan,) * 3)),
         *(degrees(part) for name in _free(curves) for part in step.pose_rotations.get(name, (nan,) * 3)),
         *([step.self_contact if step.converged else nan] if _touches_itself(curves) else []),
+        *(_scatter(step, chambers, blocked) if _scatters(curves) else []),
         step.max_stretch,
         step.beyond_validity,
         step.converged,
         step.reason,
+    ]
+
+
+def _scatter(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str]) -> list[float]:
+    """One standard deviation of motions, reactions and volumes by the rubber."""
+    return [
+        *(step.rubber_translation or (nan,) * 3),
+        *map(degrees, step.rubber_rotation or (nan,) * 3),
+        *(step.rubber_reaction.get(name, nan) for name in blocked),
+        *(step.rubber_volumes.get(name, nan) for name in chambers),
     ]
 
 

@@ -403,6 +403,11 @@ class SweepStep:
         as far as they are known.
     fine_reaction, fine_volumes : {component: N or N·mm}, {chamber: mm³}
         The same of reactions and volumes; else empty.
+    rubber_translation, rubber_rotation : (3,) mm, rad, or None
+        By how much the motion of the tip scatters with the moduli of the rubbers, as one standard deviation of each
+        component, to first order; None where nothing is known of the moduli, or the rubber remembers.
+    rubber_reaction, rubber_volumes : {component: N or N·mm}, {chamber: mm³}
+        The same of reactions and volumes; else empty.
     stiffness : TipStiffness or None
         If it was asked for.
     time : float or None
@@ -440,6 +445,10 @@ class SweepStep:
     fine_rotation: Vector | None = field(metadata={"key": "fine_rotation_rad"}, default=None)
     fine_reaction: Mapping[str, float] = field(default_factory=dict)
     fine_volumes: Mapping[str, float] = field(metadata={"key": "fine_volume_mm3"}, default_factory=dict)
+    rubber_translation: Vector | None = field(metadata={"key": "rubber_translation_mm"}, default=None)
+    rubber_rotation: Vector | None = field(metadata={"key": "rubber_rotation_rad"}, default=None)
+    rubber_reaction: Mapping[str, float] = field(default_factory=dict)
+    rubber_volumes: Mapping[str, float] = field(metadata={"key": "rubber_volume_mm3"}, default_factory=dict)
     stiffness: TipStiffness | None = field(metadata={"one": TipStiffness}, default=None)
     time: float | None = field(metadata={"key": "time_s"}, default=None)
 

@@ -14,6 +14,7 @@ from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slo
 from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes, tip_motion_adjoints
 from pneumorph.sensitivity.rate import Rate, compliance, compliance_slope, pressure_rates, rate_slopes
 from pneumorph.sensitivity.response import Response, measured_of, response
+from pneumorph.sensitivity.stiffer import Stiffer, by_moduli
 from pneumorph.sensitivity.taylor import TaylorTest, taylor_test, taylor_test_nearby
 from pneumorph.sensitivity.whole import objective_slope, objective_value, tip_stiffness, tip_stiffness_slope
 
@@ -25,9 +26,11 @@ __all__ = [
     "NodalJacobian",
     "Rate",
     "Response",
+    "Stiffer",
     "TaylorTest",
     "boundary_gradient",
     "by_known",
+    "by_moduli",
     "compliance",
     "compliance_slope",
     "find_margin",

@@ -59,7 +59,7 @@ def motion_slopes(at: Configuration, tangent: Tangent, state: State, measured: O
     motion, direct, solved, more = _adjoints(at, tangent, state, measured)
     pulled = products.pullback(model.potential, at.X, state, at.loads, [model.state(w) for w in solved])
     given = np.array([measured.by_pressure.get(chamber, 0.0) for chamber in model.chambers])
-    rubbers = {name: -solved @ model.vector(by) for name, by in _rubber_forces(at, state).items()}
+    rubbers = {name: -solved @ model.vector(by) for name, by in rubber_forces(at, state).items()}
     return MotionSlopes(
         motion,
         direct - np.array([by_X for by_X, _ in pulled]) + more,
@@ -91,7 +91,7 @@ def _adjoints(
     return motion, direct, *with_border(at, tangent, state, tangent.solve_at(at, state, rhs.T).T)
 
 
-def _rubber_forces(at: Configuration, state: State) -> dict[str, State]:
+def rubber_forces(at: Configuration, state: State) -> dict[str, State]:
     """The forces of every rubber by itself on all unknowns."""
     model, nodes = at.model, Displacement(at.model.potential.tip, at.X, state)
     alone = model.potential._replace(contact=None)

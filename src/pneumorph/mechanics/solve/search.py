@@ -29,7 +29,7 @@ from pneumorph.mechanics.solve.balance import (
 from pneumorph.mechanics.solve.border import with_pressures
 from pneumorph.mechanics.solve.descent import ROUGH, minimise
 from pneumorph.mechanics.solve.equilibrium import TOLERANCE, Equilibrium, NoEquilibrium, in_words, read_off, rest
-from pneumorph.mechanics.solve.filled import Filled, fill, nearest_pressure, pressure_of
+from pneumorph.mechanics.solve.filled import Filled, Search, fill, nearest_pressure, pressure_of
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
 from pneumorph.mechanics.solve.prediction import guess_after, predict_change
@@ -134,15 +134,30 @@ def _filled(at: Configuration, tangent: Tangent, start: State | Guess | None, to
         found = fill(begin, tangent, begin, state, tolerance, 1.0, search)
     if isinstance(found, str) and since is not None:
         begin, state = since
-        found = fill(at, tangent, begin, state, tolerance, search=search)
+        # The steps of a sweep are short; one that is not is divided.
+        found = fill(at, tangent, begin, state, tolerance, 1.0, search)
     if isinstance(found, str):
-        begin = replace(unloaded(at), enclosed=at.enclosed.part(0.0))
-        found = fill(at, tangent, begin, rest(at.model), tolerance, search=search)
+        found = _from_rest(at, tangent, tolerance, search)
     if isinstance(found, str):
         return NoEquilibrium(found, 0.0, None)
     pressures = pressure_of(found, at.enclosed.rows(at.model))
     equilibrium = read_off(found.at, tangent, found.state, found.residual, before)
     return replace(equilibrium, enclosed=dict(zip(at.enclosed.chambers, map(float, pressures), strict=True)))
+
+
+def _from_rest(at: Configuration, tangent: Tangent, tolerance: float, search: Search | None) -> Filled | str:
+    """Fill chambers from rest, and load what is filled; where that leads nowhere, both at once.
+
+    A membrane hardly bears its loads before it is filled.
+    """
+    assert at.enclosed is not None
+    begin, state, last = replace(unloaded(at), enclosed=at.enclosed.part(0.0)), rest(at.model), ""
+    if np.any(at.loads.wrench) or np.any(at.loads.acceleration):
+        full = replace(unloaded(at), enclosed=at.enclosed)
+        last = fill(full, tangent, begin, state, tolerance, search=search)
+        if isinstance(last, Filled):
+            last = fill(at, tangent, last.at, last.state, tolerance, 1.0, search)
+    return last if isinstance(last, Filled) else fill(at, tangent, begin, state, tolerance, search=search)
 
 
 def find_near(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
