@@ -241,6 +241,11 @@ def test_places_are_coloured_by_dexterity_and_stiffness(driven, page):
     own = [float(number) for number in re.findall(r"[\d.]+", cell(page, "1 kPa moves it, mm"))]
     sizes = np.linalg.svd(model.jacobian(pressures(page))[:3], compute_uv=False)
     np.testing.assert_allclose(own, 1e-3 * sizes[[-1, 0]], rtol=0.06)
+    page.check("#soft")
+    force = float(re.search(r"where ([\d.]+) N", words(page, "soft-words"))[1])
+    assert force == pytest.approx(0.9 * 5 * every.stiffness[:, 0].min(), rel=0.4), "the longest half axis is 0.9 radii"
+    assert (np.abs(picture(page) - np.array([0xB5, 0x65, 0x1D]) / 255).max(axis=2) < 0.3).sum() > 100
+    page.uncheck("#soft")
     page.select_option("#places-by", "")
     assert differs(plain, picture(page)) < 1e-4 and page.complaints == []
 

@@ -91,3 +91,13 @@ def test_a_mistake_is_one_line(tmp_path, options, words):
     (tmp_path / "tiny.toml").write_text(problems.tiny(spring='{ axial = "4 N/mm" }'))
     result = run("model", tmp_path / "tiny.toml", *options)
     assert result.exit_code == 2 and words in result.stderr and result.stderr.count("\n") == 1
+
+
+def test_chambers_that_are_left_out_are_named(tmp_path):
+    chambers = (("A", 1.6, "4 mm", "0 mm"), ("B", 1.6, "-4 mm", "0 mm"))
+    text = problem_text(TWO, chambers=chambers, body='control_density = "0.3 /mm"')
+    (tmp_path / "two.toml").write_text(text.replace('B = "60 kPa"', 'B = "0 kPa"'))
+    for bounds, named in (((), True), (("--bounds", "B=0:20kPa"), False)):
+        # The name of the file is refused before anything is solved.
+        result = run("model", tmp_path / "two.toml", "--out", tmp_path / "two.txt", *bounds)
+        assert result.exit_code == 2 and ("no pressure in B, as in all tasks; --bounds B=" in result.stdout) is named

@@ -28,8 +28,13 @@ export class Driven {
     return this.model.covers(p) ? p : null;
   }
 
+  // The force, N, that moves the tip by a length at most, with one digit.
+  forceFor(length) {
+    return Number((length * Math.min(...this.softest)).toPrecision(1));
+  }
+
   // The body at pressures: its shape, the motions of the tip and its place, volumes, how finely it moves (mm per kPa) and how stiff
-  // it is (N/mm), whether a stable state is known there; null where the model does not have these pressures.
+  // it is (N/mm), its compliance, whether a stable state is known there; null where the model does not have these pressures.
   at(wanted) {
     const p = this.#own(wanted);
     if (!p) return null;
@@ -37,7 +42,8 @@ export class Driven {
     const motions = values.slice(0, 6);
     const volumes = named(this.model.chambers.map((name, c) => [name, values[6 + c]]));
     const [fineness, stiffness] = [this.model.fineness(p).map((value) => value / 1e3), this.model.stiffness(p)];
-    return { shape: this.shapes.modelled(this.model.amountsAt(p)), motions, tip: this.#tip(motions), volumes, fineness, stiffness, inside: this.model.inside(p) };
+    const [shape, compliance] = [this.shapes.modelled(this.model.amountsAt(p)), this.model.compliance(p)];
+    return { shape, motions, tip: this.#tip(motions), volumes, fineness, stiffness, compliance, inside: this.model.inside(p) };
   }
 
   // The pressures with which the tip is nearest to a place, turned by a rotation vector if there is one, beginning from others or

@@ -24,7 +24,7 @@ export class Explorer {
       for (const axis of AXES) byId(`${name}-${axis}`).addEventListener("change", () => this.#aim(numbers("target"), this.#typedTurn(), true));
     }
     byId("turned").addEventListener("change", (event) => this.#aim(this.target?.place ?? this.tip, event.target.checked ? this.turn : null, true));
-    for (const name of ["places", "places-by"]) byId(name).addEventListener("change", () => this.#reach());
+    for (const name of ["places", "places-by", "soft"]) byId(name).addEventListener("change", () => this.#reach());
   }
 
   // Called after every change of what the page shows.
@@ -155,6 +155,7 @@ export class Explorer {
       reach.chosen = (number) => this.#want(this.#whole(this.#model.ofPlace(number)));
       reach.show(drives ? this.tip : null, this.target?.place ?? null, byId("places").checked, turn());
       this.#paint(reach, drives);
+      this.#soften(reach, drives);
     }
     if (!drives) return;
     byId("turned").checked = Boolean(this.target?.turn);
@@ -168,7 +169,15 @@ export class Explorer {
     const counted = this.target?.turn ? ", where 1° counts as 1 mm" : "";
     byId("reached").textContent = !this.target
       ? "Drag the ball at the tip, or type a place: the pressures follow."
-      : this.target.reached ? "The target is reached." : `The target is out of reach by ${short(this.target.missed, 2)} mm${counted}; this is the nearest place.`;
+      : this.target.reached ? "The target is reached." : `The target is out of reach by ${short(this.target.missed, 2)} mm${counted}; this is the nearest ${this.target.turn ? "pose" : "place"}.`;
+  }
+
+  // Where small forces move the tip to; the size of the force is that which the longest half axis shows best.
+  #soften(reach, drives) {
+    const shown = drives && this.modelled && byId("soft").checked;
+    const force = shown ? this.page.model.forceFor(reach.wide) : 0;
+    reach.soften(this.tip, shown ? this.modelled.compliance : null, force);
+    byId("soft-words").textContent = shown ? `(where ${force} N in any direction moves the tip, if it were linear)` : "";
   }
 
   // The places in the colours that were chosen, and their scale.

@@ -53,10 +53,15 @@ export class Model {
     return [squares[0], squares.at(-1)].map((square) => Math.sqrt(Math.max(square, 0)));
   }
 
+  // Compliance of the tip against forces, mm/N: three rows.
+  compliance(p) {
+    const [xx, yx, yy, zx, zy, zz] = times(basisOf(this.scaled(p), this.soft.index), this.soft.coefficients);
+    return [[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]];
+  }
+
   // Stiffness of the tip against forces, N/mm: along the axis in which it is softest, and stiffest; infinite where it is held.
   stiffness(p) {
-    const [xx, yx, yy, zx, zy, zz] = times(basisOf(this.scaled(p), this.soft.index), this.soft.coefficients);
-    const soft = eigenvalues([[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]]);
+    const soft = eigenvalues(this.compliance(p));
     return [soft[2], soft[0]].map((value) => 1 / Math.max(value, 0));
   }
 

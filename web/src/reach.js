@@ -7,7 +7,8 @@ import { ConvexGeometry } from "three/examples/jsm/geometries/ConvexGeometry.js"
 const WANTED = "#d1495b";
 const PLACES = "#5a7fb0";
 const AXES = [["x", "#1f7a8c"], ["y", "#4f772d"], ["z", "#7b4fa3"]];
-const ARM = 0.75; // length of the target's axes, of the radius of the body
+const SOFT = "#b5651d";
+const [ARM, WIDE] = [0.75, 0.9]; // length of the target's axes and of the ellipsoid's half axes, of the radius of the body
 const [GRASP, NEAR] = [11, 8]; // pixels from the ball and from a place
 const FLAT = 0.02; // of its length, to which a hull has no inside worth drawing
 
@@ -18,7 +19,7 @@ export class Reach {
 
   // One to a scene; what listens to the pointer stays with the view.
   constructor(view, radius) {
-    Object.assign(this, { view, places: [], words: [], turn: null, arm: ARM * radius });
+    Object.assign(this, { view, places: [], words: [], turn: null, arm: ARM * radius, wide: WIDE * radius });
     this.group = new THREE.Group();
     this.group.visible = false;
     this.ball = new THREE.Mesh(new THREE.SphereGeometry(0.12 * radius, 24, 16), seenThrough(WANTED));
@@ -34,7 +35,9 @@ export class Reach {
     });
     this.cloud = new THREE.Group();
     this.cloud.visible = false;
-    this.group.add(this.ball, this.line, this.cloud);
+    this.ellipsoid = new THREE.Mesh(new THREE.SphereGeometry(1, 16, 10), new THREE.MeshBasicMaterial({ color: SOFT, wireframe: true, depthTest: false, transparent: true, opacity: 0.55 }));
+    Object.assign(this.ellipsoid, { matrixAutoUpdate: false, visible: false, frustumCulled: false, renderOrder: 11 });
+    this.group.add(this.ball, this.line, this.cloud, this.ellipsoid);
     view.scene.add(this.group);
     listen(view);
   }
@@ -93,6 +96,15 @@ export class Reach {
     });
     this.words = turn ? this.axes.map(({ name, knob }) => ({ at: knob.position.clone(), text: name }))
       : wanted || cloud ? [] : [{ at: this.ball.position.clone(), text: "drag the tip" }];
+    this.view.draw();
+  }
+
+  // Where forces of one size move the tip to, in all directions: a ball by its compliance, mm/N, or nothing.
+  soften(tip, compliance, force) {
+    this.ellipsoid.visible = compliance !== null;
+    if (!compliance) return;
+    const rows = compliance.map((row, axis) => [...row.map((value) => force * value), tip[axis]]);
+    this.ellipsoid.matrix.set(...rows.flat(), 0, 0, 0, 1);
     this.view.draw();
   }
 
