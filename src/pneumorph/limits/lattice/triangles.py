@@ -6,8 +6,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from pneumorph.threads import each
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
+
+_SHARE = 1 << 14
+"""Pairs that a thread measures at a time."""
 
 
 def distances(a: Floats, b: Floats, i: Ints, j: Ints, enough: Floats | None = None) -> tuple[Floats, Floats, Floats]:
@@ -31,7 +36,12 @@ def distances(a: Floats, b: Floats, i: Ints, j: Ints, enough: Floats | None = No
     distance, u, v = np.empty(len(i)), np.empty((len(i), 3)), np.empty((len(i), 3))
     enough = np.full(len(i), np.inf) if enough is None else enough
     a, b = np.ascontiguousarray(a), np.ascontiguousarray(b)
-    _distances((a, _normals(a)), (b, _normals(b)), (i, j), enough, (distance, u, v))
+    one, other = (a, _normals(a)), (b, _normals(b))
+
+    def work(some: slice) -> None:
+        _distances(one, other, (i[some], j[some]), enough[some], (distance[some], u[some], v[some]))
+
+    each(work, [slice(first, first + _SHARE) for first in range(0, max(len(i), 1), _SHARE)])
     return distance, u, v
 
 
@@ -105,45 +115,60 @@ def _normals(triangles: Floats) -> Floats:
 
 
 @numba.njit(cache=True, nogil=True)
-def _apart(one, other, normal):
-    """How far a plane with a unit normal (or shorter) holds two triangles apart; negative if it does not."""
+def _apart(a, i, b, j, way):
+    """How far a plane across a unit vector (or a shorter one) holds two triangles apart; negative if it does not."""
     low_a, high_a, low_b, high_b = np.inf, -np.inf, np.inf, -np.inf
     for k in range(3):
-        here = one[k, 0] * normal[0] + one[k, 1] * normal[1] + one[k, 2] * normal[2]
-        there = other[k, 0] * normal[0] + other[k, 1] * normal[1] + other[k, 2] * normal[2]
+        here = a[i, k, 0] * way[0] + a[i, k, 1] * way[1] + a[i, k, 2] * way[2]
+        there = b[j, k, 0] * way[0] + b[j, k, 1] * way[1] + b[j, k, 2] * way[2]
         low_a, high_a, low_b, high_b = min(low_a, here), max(high_a, here), min(low_b, there), max(high_b, there)
     return max(low_a - high_b, low_b - high_a)
+
+
+@numba.njit(cache=True, nogil=True)
+def _middles(a, i, b, j, way):
+    """Fill in the unit vector between the middles of two triangles."""
+    size = 0.0
+    for c in range(3):
+        way[c] = a[i, 0, c] + a[i, 1, c] + a[i, 2, c] - b[j, 0, c] - b[j, 1, c] - b[j, 2, c]
+        size += way[c] * way[c]
+    size = np.sqrt(size)
+    for c in range(3):
+        way[c] = way[c] / size if size > 0.0 else 0.0
 
 
 @numba.njit(cache=True, nogil=True)
 def _distances(one_side, other_side, pairs, enough, into):
     """Fill distances (n,) and barycentric coordinates (n, 3), `into`; sides are triangles with their normals."""
     (a, normals_a), (b, normals_b), (i, j), (distance, u, v) = one_side, other_side, pairs, into
-    shares, here, there, spot = np.empty(2), np.empty(3), np.empty(3), np.empty(3)
+    shares, here, there, way = np.empty(2), np.empty(3), np.empty(3), np.empty(3)
     for n in range(len(i)):
-        one, other = a[i[n]], b[j[n]]
+        one, other = i[n], j[n]
         if enough[n] < np.inf:
-            away = max(_apart(one, other, normals_a[i[n]]), _apart(one, other, normals_b[j[n]]))
+            _middles(a, one, b, other, way)
+            away = _apart(a, one, b, other, way)
+            if away < enough[n]:
+                away = max(away, _apart(a, one, b, other, normals_a[one]), _apart(a, one, b, other, normals_b[other]))
             if away >= enough[n]:
                 distance[n], u[n, :], v[n, :] = away, 1.0 / 3.0, 1.0 / 3.0
                 continue
-        best = np.inf
+        best, edge, beside, x, y = np.inf, 0, 0, 0.0, 0.0
         for k in range(3):
             for m in range(3):
-                after, beyond = (k + 1) % 3, (m + 1) % 3
-                away = _segments(one[k], one[after], other[m], other[beyond], shares)
+                away = _segments(a, one, k, (k + 1) % 3, b, other, m, (m + 1) % 3, shares)
                 if away < best:
-                    best = away
-                    u[n], v[n, :] = 0.0, 0.0
-                    u[n, k], u[n, after], v[n, m], v[n, beyond] = 1.0 - shares[0], shares[0], 1.0 - shares[1], shares[1]
+                    best, edge, beside, x, y = away, k, m, shares[0], shares[1]
+        u[n, :], v[n, :] = 0.0, 0.0
+        u[n, edge], u[n, (edge + 1) % 3] = 1.0 - x, x
+        v[n, beside], v[n, (beside + 1) % 3] = 1.0 - y, y
         for k in range(3):
-            away = _point(one[k], other, there)
+            away = _point(a[one, k, 0], a[one, k, 1], a[one, k, 2], b, other, there)
             if away < best:
                 best = away
                 u[n, :] = 0.0
                 u[n, k] = 1.0
                 v[n, :] = there
-            away = _point(other[k], one, here)
+            away = _point(b[other, k, 0], b[other, k, 1], b[other, k, 2], a, one, here)
             if away < best:
                 best = away
                 v[n, :] = 0.0
@@ -152,14 +177,14 @@ def _distances(one_side, other_side, pairs, enough, into):
         if best > 0.0:
             for k in range(3):
                 after = (k + 1) % 3
-                share = _pierced(one[k], one[after], other, there, spot)
+                share = _pierced(a, one, k, after, b, other, there)
                 if share >= 0.0:
                     best = 0.0
                     u[n, :] = 0.0
                     u[n, k], u[n, after] = 1.0 - share, share
                     v[n, :] = there
                     break
-                share = _pierced(other[k], other[after], one, here, spot)
+                share = _pierced(b, other, k, after, a, one, here)
                 if share >= 0.0:
                     best = 0.0
                     v[n, :] = 0.0
@@ -170,76 +195,82 @@ def _distances(one_side, other_side, pairs, enough, into):
 
 
 @numba.njit(cache=True, nogil=True)
-def _dot(a, b, c, d):
-    """(b − a)·(d − c)."""
-    return (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1]) + (b[2] - a[2]) * (d[2] - c[2])
+def _dot(a, i, p, q, b, j, r, s):
+    """(q − p)·(s − r), of corners p and q of a triangle of `a` and r and s of one of `b`."""
+    total = 0.0
+    for c in range(3):
+        total += (a[i, q, c] - a[i, p, c]) * (b[j, s, c] - b[j, r, c])
+    return total
 
 
 @numba.njit(cache=True, nogil=True)
-def _segments(p, q, r, s, shares):
+def _segments(a, i, p, q, b, j, r, s, shares):
     """Squared distance of segments pq and rs, and where on both the closest points are (Ericson 2005, 5.1.9)."""
-    a, c, f = _dot(p, q, p, q), _dot(r, s, r, s), _dot(r, s, r, p)
-    if a <= 0.0 and c <= 0.0:
+    aa, cc, f, g = 0.0, 0.0, 0.0, 0.0
+    for c in range(3):
+        along, beside, between = a[i, q, c] - a[i, p, c], b[j, s, c] - b[j, r, c], a[i, p, c] - b[j, r, c]
+        aa += along * along
+        cc += beside * beside
+        f += beside * between
+        g += along * between
+    if aa <= 0.0 and cc <= 0.0:
         x, y = 0.0, 0.0
-    elif a <= 0.0:
-        x, y = 0.0, min(max(f / c, 0.0), 1.0)
+    elif aa <= 0.0:
+        x, y = 0.0, min(max(f / cc, 0.0), 1.0)
+    elif cc <= 0.0:
+        x, y = min(max(-g / aa, 0.0), 1.0), 0.0
     else:
-        g = _dot(p, q, r, p)
-        if c <= 0.0:
-            x, y = min(max(-g / a, 0.0), 1.0), 0.0
-        else:
-            h = _dot(p, q, r, s)
-            below = a * c - h * h
-            x = min(max((h * f - g * c) / below, 0.0), 1.0) if below > 1e-14 * a * c else 0.0
-            y = (h * x + f) / c
-            if y < 0.0:
-                x, y = min(max(-g / a, 0.0), 1.0), 0.0
-            elif y > 1.0:
-                x, y = min(max((h - g) / a, 0.0), 1.0), 1.0
+        h = _dot(a, i, p, q, b, j, r, s)
+        below = aa * cc - h * h
+        x = min(max((h * f - g * cc) / below, 0.0), 1.0) if below > 1e-14 * aa * cc else 0.0
+        y = (h * x + f) / cc
+        if y < 0.0:
+            x, y = min(max(-g / aa, 0.0), 1.0), 0.0
+        elif y > 1.0:
+            x, y = min(max((h - g) / aa, 0.0), 1.0), 1.0
     shares[0], shares[1] = x, y
     away = 0.0
-    for k in range(3):
-        away += (p[k] - r[k] + x * (q[k] - p[k]) - y * (s[k] - r[k])) ** 2
+    for c in range(3):
+        along, beside, between = a[i, q, c] - a[i, p, c], b[j, s, c] - b[j, r, c], a[i, p, c] - b[j, r, c]
+        away += (between + x * along - y * beside) ** 2
     return away
 
 
 @numba.njit(cache=True, nogil=True)
-def _point(p, triangle, place):
+def _point(x, y, z, b, j, place):
     """Squared distance of a point within the prism over a triangle from it, and barycentric coordinates; else inf.
 
     Points beside the prism are nearest to an edge, which pairs of edges find.
     """
-    o, e, f = triangle[0], triangle[1], triangle[2]
-    a, b, c = _dot(o, e, o, e), _dot(o, e, o, f), _dot(o, f, o, f)
-    g, h = _dot(o, e, o, p), _dot(o, f, o, p)
-    below = a * c - b * b
-    if below <= 1e-14 * a * c:
+    ex, ey, ez = b[j, 1, 0] - b[j, 0, 0], b[j, 1, 1] - b[j, 0, 1], b[j, 1, 2] - b[j, 0, 2]
+    fx, fy, fz = b[j, 2, 0] - b[j, 0, 0], b[j, 2, 1] - b[j, 0, 1], b[j, 2, 2] - b[j, 0, 2]
+    dx, dy, dz = x - b[j, 0, 0], y - b[j, 0, 1], z - b[j, 0, 2]
+    ee, ef, ff = ex * ex + ey * ey + ez * ez, ex * fx + ey * fy + ez * fz, fx * fx + fy * fy + fz * fz
+    g, h = ex * dx + ey * dy + ez * dz, fx * dx + fy * dy + fz * dz
+    below = ee * ff - ef * ef
+    if below <= 1e-14 * ee * ff:
         return np.inf
-    x, y = (c * g - b * h) / below, (a * h - b * g) / below
-    if x < 0.0 or y < 0.0 or x + y > 1.0:
+    u, v = (ff * g - ef * h) / below, (ee * h - ef * g) / below
+    if u < 0.0 or v < 0.0 or u + v > 1.0:
         return np.inf
-    place[0], place[1], place[2] = 1.0 - x - y, x, y
-    away = 0.0
-    for k in range(3):
-        away += (p[k] - o[k] - x * (e[k] - o[k]) - y * (f[k] - o[k])) ** 2
-    return away
+    place[0], place[1], place[2] = 1.0 - u - v, u, v
+    return (dx - u * ex - v * fx) ** 2 + (dy - u * ey - v * fy) ** 2 + (dz - u * ez - v * fz) ** 2
 
 
 @numba.njit(cache=True, nogil=True)
-def _pierced(p, q, triangle, place, spot):
-    """Where a segment goes through a triangle, from 0 to 1, and barycentric coordinates there; −1 if it does not."""
-    o, e, f = triangle[0], triangle[1], triangle[2]
+def _pierced(a, i, p, q, b, j, place):
+    """Where an edge goes through a triangle, from 0 to 1, and barycentric coordinates there; −1 if it does not."""
     start, stop = 0.0, 0.0
     for k in range(3):
         m, n = (k + 1) % 3, (k + 2) % 3
-        normal = (e[m] - o[m]) * (f[n] - o[n]) - (e[n] - o[n]) * (f[m] - o[m])
-        start += normal * (p[k] - o[k])
-        stop += normal * (q[k] - o[k])
+        normal = (b[j, 1, m] - b[j, 0, m]) * (b[j, 2, n] - b[j, 0, n]) - (b[j, 1, n] - b[j, 0, n]) * (
+            b[j, 2, m] - b[j, 0, m]
+        )
+        start += normal * (a[i, p, k] - b[j, 0, k])
+        stop += normal * (a[i, q, k] - b[j, 0, k])
     if start * stop >= 0.0:
         return -1.0
     share = start / (start - stop)
-    for k in range(3):
-        spot[k] = p[k] + share * (q[k] - p[k])
-    if np.isfinite(_point(spot, triangle, place)):
-        return share
-    return -1.0
+    x, y, z = a[i, p, 0], a[i, p, 1], a[i, p, 2]
+    x, y, z = x + share * (a[i, q, 0] - x), y + share * (a[i, q, 1] - y), z + share * (a[i, q, 2] - z)
+    return share if np.isfinite(_point(x, y, z, b, j, place)) else -1.0
