@@ -140,10 +140,15 @@ def test_pieces_contain_their_points(block, seed, far):
             bow, rest = shown.bows(pieces)
             bowed = np.einsum("gc,ncb->ngb", GRID, pieces.x) + np.einsum("ge,neb->ngb", 4 * GRID * AFTER, bow)
             assert (np.linalg.norm(points - bowed, axis=2).max(axis=1) <= rest + 1e-9).all()
-            errors.append([pieces.error.max(), rest.max()])
+            gradients = shown.gradients(shown.patches.places(np.repeat(pieces.patch, len(GRID)), inside))
+            corners = shown.gradients(pieces.place.reshape(-1, 3)).reshape(-1, 3, 3, 3)
+            differs = gradients.reshape(-1, len(GRID), 3, 3) - np.einsum("gc,ncij->ngij", GRID, corners)
+            twisted = shown.twisted(pieces)
+            assert (np.linalg.norm(differs, axis=(2, 3)).max(axis=1) <= twisted + 1e-9).all()
+            errors.append([pieces.error.max(), rest.max(), twisted.max()])
             pieces = shown.divided(pieces)
         assert (np.array(errors[2]) > 0.0).all()
-        assert (np.array(errors[2]) < np.array(errors[0]) / [14, 50]).all()
+        assert (np.array(errors[2]) < np.array(errors[0]) / [14, 50, 14]).all()
 
 
 def test_points_and_gradients_are_those_of_the_lattice(block):

@@ -315,6 +315,18 @@ class Displaced:
         rest = np.einsum("nklm,nk,nl,nm->n", third, w, w, w) + 3.0 * np.einsum("nkl,nk,nl->n", pieces.bends, w, z)
         return self.map(place).reshape(bary.shape) - (pieces.x + pieces.x[:, around]) / 2.0, _REST * rest
 
+    def twisted(self, pieces: Pieces) -> Floats:
+        """How far gradients of the map on pieces are from those that are linear between their corners, (n,).
+
+        The error of linear interpolation as in the first bound above, of the derivative along every axis, and what the
+        way from the flat triangle in the reference to the face changes.
+        """
+        edges = np.abs(pieces.place - pieces.place[:, np.roll(np.arange(3), -1)])
+        third = np.where(self.still[pieces.patch, None, None, None], 0.0, self._twists[pieces.patch])
+        weight = _over_extents(np.einsum("nmkl,nl->nmk", third, edges.max(axis=1)), edges.max(axis=1)[:, None])
+        along = np.einsum("nek,nmk->nem", edges**2, weight).max(axis=1) / 6.0
+        return np.linalg.norm(along, axis=1) + np.linalg.norm(pieces.bends, axis=(1, 2)) * pieces.bulge
+
     def _made(self, patch: Ints, bary: Floats, place: Floats, x: Floats | None) -> Pieces:
         if x is None:
             x = self.map(place.reshape(-1, 3)).reshape(place.shape)
@@ -326,9 +338,7 @@ class Displaced:
         center = place.mean(axis=1)
         bends = self.bends_near(patch, center, np.abs(place - center[:, None]).max(axis=1) + bulge[:, None])
         longest = edges.max(axis=1)
-        weight = np.divide(
-            np.einsum("nkm,nm->nk", bends, longest), longest, out=np.zeros_like(longest), where=longest > 0
-        )
+        weight = _over_extents(np.einsum("nkm,nm->nk", bends, longest), longest)
         straight = np.einsum("nek,nk->ne", edges**2, weight).max(axis=1) / 6.0
         slopes = self.slopes[patch]
         # A quadratic triangle's derivatives differ from the edges of its flat one by no more than eight such distances.
@@ -336,6 +346,11 @@ class Displaced:
         area = np.sort(tangents, axis=1)[:, :2].prod(axis=1) / 2.0
         off = np.einsum("nek,nk->ne", off, slopes).max(axis=1) * 4.0 / 3.0
         return Pieces(patch, bary, place, x, straight + off, bulge, bends, area)
+
+
+def _over_extents(sums: Floats, extents: Floats) -> Floats:
+    """Quotients, zero along axes in which pieces have no extent."""
+    return np.divide(sums, extents, out=np.zeros_like(sums), where=extents > 0)
 
 
 def displaced(surface: LatticeSurface, patches: Patches) -> Displaced:

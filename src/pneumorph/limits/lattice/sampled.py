@@ -35,18 +35,22 @@ UNFOLDED = 0.8
 
 
 def scalings(gradients: Floats) -> Floats:
-    """The least and the largest singular value (..., 2) of gradients (..., 3, 3).
+    """The least and the largest singular value (..., 2) of gradients (..., 3, 3): roots of eigenvalues of GᵀG."""
+    return np.sqrt(np.maximum(extremes(np.swapaxes(gradients, -1, -2) @ gradients), 0.0))
 
-    The roots of the eigenvalues of C = GᵀG, in closed form, which takes a third of the time of a decomposition.
+
+def extremes(symmetric: Floats) -> Floats:
+    """The least and the largest eigenvalue (..., 2) of symmetric matrices (..., 3, 3).
+
+    In closed form, which takes a third of the time of a decomposition.
     """
-    C = np.swapaxes(gradients, -1, -2) @ gradients
-    mean = np.trace(C, axis1=-2, axis2=-1) / 3.0
-    rest = C - mean[..., None, None] * np.eye(3)
+    mean = np.trace(symmetric, axis1=-2, axis2=-1) / 3.0
+    rest = symmetric - mean[..., None, None] * np.eye(3)
     spread = np.sqrt((rest**2).sum(axis=(-2, -1)) / 6.0)
     unit = rest / np.maximum(spread, 1e-300)[..., None, None]
     angle = np.arccos(np.clip(np.linalg.det(unit) / 2.0, -1.0, 1.0)) / 3.0
     ends = [mean + 2.0 * spread * np.cos(angle + turn) for turn in (2.0 * np.pi / 3.0, 0.0)]
-    return np.sqrt(np.maximum(np.stack(ends, axis=-1), 0.0))
+    return np.stack(ends, axis=-1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from pneumorph.geometry.lattice.pieces import Displaced, Pieces
 from pneumorph.limits.certify.places import Pairs, Points
 from pneumorph.limits.certify.tally import Tally
 from pneumorph.limits.lattice.enclosed import EnclosedLattices
-from pneumorph.limits.lattice.sampled import SampledLattices, scalings
+from pneumorph.limits.lattice.sampled import SampledLattices, extremes, scalings
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.rows.sampled import CLOSE, Near, RowBlock
 
@@ -114,11 +114,15 @@ class Scalings:
 def _enclosed(surface: Displaced, pieces: Pieces, kind: int, sign: float) -> tuple[Floats, Floats]:
     """Upper bounds (n,) of a singular value with the sign of its limit, and its values (n, 3) at the corners.
 
-    Singular values change by no more than the gradient does, and that by no more than second derivatives allow.
+    The gradient is G = Σ λ_i G_i between its values at the corners, but for what second derivatives of it allow. The
+    largest singular value is a convex function of G. The least one is at least the least eigenvalue of the symmetric
+    part of RᵀG, for any rotation R, which is a concave one; R is that of the mean.
     """
-    attained = sign * scalings(surface.gradients(pieces.place.reshape(-1, 3))).reshape(-1, 3, 2)[..., kind]
-    middles = pieces.place.mean(axis=1)
-    reach = np.abs(pieces.place - middles[:, None]).max(axis=1) + pieces.bulge[:, None]
-    differs = np.linalg.norm(np.einsum("nkm,nm->nk", pieces.bends, reach), axis=1)
-    above = sign * scalings(surface.gradients(middles))[:, kind] + differs
-    return np.maximum(above, attained.max(axis=1)), attained
+    corners = surface.gradients(pieces.place.reshape(-1, 3)).reshape(-1, 3, 3, 3)
+    attained = sign * scalings(corners)[..., kind]
+    worst = attained.max(axis=1)
+    if kind == 0:
+        left, _, right = np.linalg.svd(corners.mean(axis=1))
+        straight = np.swapaxes(left @ right, 1, 2)[:, None] @ corners
+        worst = sign * extremes((straight + np.swapaxes(straight, 2, 3)) / 2.0)[..., 0].min(axis=1)
+    return worst + surface.twisted(pieces), attained
