@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.optimize.settings import LoopSettings
 from pneumorph.problem.material import elastomer
 from pneumorph.proposals import Plan, Proposal, Target, propose
 from pneumorph.study import Member
@@ -72,9 +73,9 @@ def drawn(seed: int, index: int, lengths: tuple[float, float]) -> tuple[str, dic
 def searched(content: Mapping[str, Any], out: Path, plan: Plan) -> Proposal | None:
     """The best of a search, in this process."""
 
-    def run(members: Mapping[str, Member], drawn: bool) -> Iterator[MemberEnd]:
+    def run(members: Mapping[str, Member], settings: LoopSettings) -> Iterator[MemberEnd]:
         for name, member in members.items():
-            yield run_member(name, member.problem, str(out / name), lambda *_: None, False, member.begin)
+            yield run_member(name, member.problem, str(out / name), lambda *_: None, False, member.begin, settings)
 
     out.mkdir(parents=True, exist_ok=True)
     [best, *_] = propose(Target.model_validate(content), out, plan, run, 1, print)

@@ -202,7 +202,7 @@ def test_a_run_and_its_continuation(run, tiny, tmp_path, no_pictures):
 
 
 def test_a_failure_tells_what_is_saved(run, tiny, tmp_path, no_pictures, monkeypatch):
-    def failing(problem, state, begin):
+    def failing(problem, state, settings, begin):
         raise ComputationError("the body could not be meshed")
         yield
 

@@ -7,8 +7,9 @@ from searches import FEW, TARGET, Runner
 
 from pneumorph.proposals import Plan, propose
 from pneumorph.proposals.results import reaches, sheet_rows, write_table
+from pneumorph.proposals.stage import cut_short
 from pneumorph.run import open_run
-from pneumorph.study.members import MemberEnd
+from pneumorph.study.members import MemberEnd, run_member
 
 
 @pytest.mark.slow
@@ -51,8 +52,34 @@ def test_without_time_nothing_is_begun_and_each_candidate_says_so(tmp_path):
     assert not any(each.final for each in found)
 
 
+@pytest.mark.slow
+def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("time.time", lambda: now[0])
+    names = []
+
+    def slow(members, settings):
+        for name, each in members.items():
+            names.append(name)
+
+            def later(name, entry):
+                now[0] += 3600.0 * entry.iteration
+
+            yield run_member(name, each.problem, str(tmp_path / name), later, False, None, settings)
+
+    found = propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=30.0, stages=(5,), designs=5), slow, 1)
+    # Both were begun together; time was up after the first design of the first, and none was left for the finer mesh.
+    runs = [open_run(tmp_path / name) for name in names]
+    assert all(map(cut_short, runs)) and [run.history()[-1].iteration for run in runs] == [1, 0]
+    assert all("no time for the finer mesh" in each.lost for each in found)
+    monkeypatch.undo()
+    again = Runner(tmp_path)
+    propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=60.0, stages=(2,), designs=1), again, 1)
+    assert set(names) < set(again.names) and all(run.history()[-1].iteration == 2 for run in runs)
+
+
 def test_a_candidate_that_fails_is_lost_with_its_reason(tmp_path):
-    def failing(members, drawn):
+    def failing(members, settings):
         return (MemberEnd(name, False, "no equilibrium was found") for name in members)
 
     found = propose(TARGET, tmp_path, Plan(candidates=3), failing, 1)

@@ -161,7 +161,7 @@ def test_directories_that_cannot_be_written(run, monkeypatch, number):
 
 
 def test_a_run_ends_in_one_line_when_the_disk_is_full(run, monkeypatch):
-    def accepted(problem, state, begin):
+    def accepted(problem, state, settings, begin):
         yield DesignAccepted(0, entry(0), START, PRESSURES, one_element(), {})
 
     monkeypatch.setattr(complete, "design", accepted)
@@ -183,7 +183,7 @@ def test_a_state_that_cannot_be_resumed_from_changes_nothing(run, monkeypatch):
     monkeypatch.setattr(RunDirectory, "resumable", lambda self: {})
     for kind in (ComputationError, ProblemError):
 
-        def refused(problem, state, begin, kind=kind):
+        def refused(problem, state, settings, begin, kind=kind):
             raise kind("its equilibrium is not found again")
             yield
 

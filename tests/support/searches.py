@@ -23,7 +23,7 @@ class Runner:
     def __init__(self, out):
         self.out, self.names = out, []
 
-    def __call__(self, members, drawn):
+    def __call__(self, members, settings):
         for name, member in members.items():
             self.names.append(name)
-            yield run_member(name, member.problem, str(self.out / name), lambda *_: None, False, member.begin)
+            yield run_member(name, member.problem, str(self.out / name), lambda *_: None, False, member.begin, settings)

@@ -20,6 +20,7 @@ from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.output.render import NoPicture
 from pneumorph.proposals import Plan, Proposal, load_target
 from pneumorph.proposals.candidates import suited
+from pneumorph.proposals.further import places_in
 from pneumorph.proposals.results import (
     draw_front,
     draw_proposals,
@@ -116,10 +117,9 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
 
 def _further(run: Path) -> Iterator[str]:
     """Where a further chamber would help a proposal, and how to go on with one; nothing where that is not known."""
-    design = open_run(run).best
     with suppress(ComputationError, ProblemError), doing.doing("finding where a further chamber would help"):
-        for each in design.further_chambers(1):
-            yield f"A further chamber: {words(design.problem, each)}. For a problem with it:"
+        for each in places_in(run)[0][:1]:
+            yield f"A further chamber: {words(open_run(run).problem, each)}. For a problem with it:"
             yield f"pneumorph check {run} --quick --insert FILE.toml"
 
 

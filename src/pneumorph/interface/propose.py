@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from pneumorph.errors import writing
+from pneumorph.optimize.settings import LoopSettings
 from pneumorph.proposals import Plan, Proposal, Target, load_target
 from pneumorph.proposals import propose as search
 from pneumorph.results import HistoryEntry
@@ -58,8 +59,8 @@ def propose(
         folder.mkdir(parents=True, exist_ok=True)
     with connected(None, workers) as client:
 
-        def run(members: Mapping[str, Member], drawn: bool) -> Iterator[MemberEnd]:
-            return run_members(client, members, folder, on_design, drawn)
+        def run(members: Mapping[str, Member], settings: LoopSettings) -> Iterator[MemberEnd]:
+            return run_members(client, members, folder, on_design, settings.looked_at, settings)
 
         count = len(client.scheduler_info()["workers"])
         return search(asked, folder, plan or Plan(), run, count, said)

@@ -161,15 +161,19 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
     """The end of the run, with what is reported of the last design: its stability, how it sags and inflates."""
     with doing("looking at the last design"):
         is_stable = check_stability(last.disc, last.analysis)
+        why = conclusion(setup, last, reason, is_stable)
+        held = last.feasible and not last.states.unknown
+        if not setup.settings.looked_at:
+            fields = collect_fields(last.disc, last.analysis)
+            return Finished(last.number, why, held, is_stable, {}, {}, {}, {}, fields)
         sag, inflation = (
             compute_sag(setup.problem, last.disc, last.analysis),
             compute_inflation(last.disc, last.analysis),
         )
         thickening = thickenings(setup.problem, last.disc, last.analysis)
         fields = collect_fields(last.disc, last.analysis, sag, inflation, thickening)
-        rates, why = motion_rates(last.disc, last.analysis), conclusion(setup, last, reason, is_stable)
+        rates = motion_rates(last.disc, last.analysis)
         errors = last.errors or quick_errors(setup.problem, last.disc, last.analysis)
         mesh = {name: error.fine for name, error in errors.items()}
         near, unknown = near_margins(last.disc, last.analysis, MARGIN.read(setup.problem.limits) or WATCHED)
-    held = last.feasible and not last.states.unknown
     return Finished(last.number, why, held, is_stable, rates, near, unknown, mesh, fields)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 
@@ -193,6 +194,11 @@ class LoopSettings:
     acceptance: AcceptanceSettings = field(default_factory=AcceptanceSettings)
     stopping: StoppingSettings = field(default_factory=StoppingSettings)
     trial: TrialSettings = field(default_factory=TrialSettings)
+    looked_at: bool = True
+    """Whether the last design is looked at beyond what designing needs: how it inflates, its rates and margins, the
+    error of the mesh and what thicker walls do. On small meshes that takes as long as several designs."""
+    until: float = math.inf
+    """Time (s, of `time.time`) from which on no further design is begun."""
     castings: int = 5
     """Designs after which perturbed castings are chosen again, which costs their states once more and forgets the
     objective's curvature."""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 
 from pneumorph.optimize.iterate import Iterate
 from pneumorph.optimize.setup import Setup
+
+TIME_IS_UP = "its time is up"
+"""How the reason begins where there was no time for as many designs as were asked for."""
 
 
 def reason_to_stop(setup: Setup, current: Iterate) -> str | None:
@@ -17,6 +21,10 @@ def _all_designs_made(setup: Setup, current: Iterate) -> str | None:
     if current.number >= setup.problem.optimizer.iterations:
         return "the number of designs that was asked for is reached"
     return None
+
+
+def _time_is_up(setup: Setup, current: Iterate) -> str | None:
+    return TIME_IS_UP if time.time() > setup.settings.until else None
 
 
 def _targets_reached(setup: Setup, current: Iterate) -> str | None:
@@ -47,7 +55,7 @@ def _stalled(setup: Setup, current: Iterate) -> str | None:
     return None
 
 
-STOPPING_TESTS = (_targets_reached, _all_designs_made, _optimal, _stalled)
+STOPPING_TESTS = (_targets_reached, _all_designs_made, _time_is_up, _optimal, _stalled)
 
 
 def scale(setup: Setup, current: Iterate) -> float:

@@ -51,7 +51,7 @@ def designed_on(search: Search, proposals: Sequence[Proposal], part: int) -> lis
             continue
         name = f"{best.candidate.name}-{wish}"
         begun[name] = best, Member(name, {"objective": wish}, problem, str(best.run.absolute()))
-    ended = search.run({name: own for name, (_, own) in begun.items()}, part, drawn=True)
+    ended = search.run({name: own for name, (_, own) in begun.items()}, part, last=True)
     found = []
     for name, (best, own) in begun.items():
         entry = search.standing(name, search.plan.designs) if name in ended else None

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from pneumorph.analysis.insertion import further_chambers, with_further
-from pneumorph.analysis.near import analyse_near
+from pneumorph.analysis import checkpoint
+from pneumorph.analysis.bodies import mesher_of
+from pneumorph.analysis.insertion import Insertion, further_chambers, with_further
+from pneumorph.analysis.near import Solved
 from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.geometry.starting import space_of
 from pneumorph.mechanics import part_of
-from pneumorph.problem.designed import starting_at, starting_from
 from pneumorph.proposals.candidates import Candidate
-from pneumorph.results import HistoryEntry
 from pneumorph.run import open_run
 
 HELPS = 0.05
@@ -20,24 +21,37 @@ HELPS = 0.05
 PLACES = 3
 
 
-def with_further_chamber(candidate: Candidate, directory: Path, entry: HistoryEntry) -> Candidate | None:
+def places_in(directory: Path) -> tuple[list[Insertion], float]:
+    """The best places for a further chamber in the last design of a run, on its mesh, and the value of its objective.
+
+    Raises
+    ------
+    ComputationError, ProblemError
+        If its states are not found again, or its tasks span a workspace.
+    """
+    run = open_run(directory)
+    state = run.resumable()
+    if state is None:
+        return [], 0.0
+    problem = run.problem
+    heights = mesher_of(problem, part_of(problem)).heights
+    disc, analysis = checkpoint.unpack(problem, space_of(problem), dict(state), heights)
+    return further_chambers(Solved(problem, disc, analysis), PLACES), analysis.value
+
+
+def with_further_chamber(candidate: Candidate, directory: Path) -> Candidate | None:
     """The candidate with a further chamber at its start, and its images; None where none helps, or none has room.
 
     Parameters
     ----------
     candidate : which was designed.
-    directory, entry : its run, and the last design of that.
+    directory : of its run.
     """
     if candidate.posed.solid is not None:
         return None
-    run = open_run(directory)
-    stored = run.load_design(entry.iteration)
-    problem = starting_at(starting_from(run.problem, entry.reinforcements), stored.pressures)
     try:
-        near = analyse_near(
-            problem, stored.body(run.problem), part_of(problem), run.fields(entry.iteration), entry.tasks
-        )
-        places = [each for each in further_chambers(near, PLACES) if each.gain >= HELPS * abs(near.analysis.value)]
+        places, value = places_in(directory)
+        places = [each for each in places if each.gain >= HELPS * abs(value)]
         if not places:
             return None
         found, chosen = with_further(candidate.posed, places)

@@ -47,7 +47,7 @@ def row(proposal: Proposal) -> dict[str, Any]:
             for name, value in state.pressures.items():
                 found[f"{task.name} pressure {name} (kPa)"] = round(1e3 * value, 2)
             found[f"{task.name} stretch"] = round(state.max_stretch, 3)
-            if result is not None and result.completed and result.best == entry.iteration:
+            if proposal.final and result is not None and result.completed and result.best == entry.iteration:
                 found[f"{task.name} margin"] = margin(problem, result, task.name)
         found["rubber (cm3)"] = round(1e-3 * rubber_volume(run.load_design(entry.iteration).body(problem)), 2)
         found["time (s)"] = round(sum(each.seconds["total"] for each in run.history()), 1)

@@ -18,9 +18,10 @@ from pneumorph.proposals.candidates import Candidate, draw_candidates
 from pneumorph.proposals.estimates import impossible
 from pneumorph.proposals.further import with_further_chamber
 from pneumorph.proposals.proposal import Plan, Proposal
-from pneumorph.proposals.stage import Clock, Runner, Search, member, reached_in
+from pneumorph.proposals.stage import Clock, Runner, Search, cut_short, member, reached_in
 from pneumorph.proposals.target import Target
 from pneumorph.results.targets import Reached
+from pneumorph.run import open_run
 
 KEPT = 1.0 / 3.0
 """Part of the candidates that goes on after each comparison."""
@@ -80,7 +81,7 @@ def propose(
     for each in left:
         lost[each.name] = (search.behind(each, going, plan.stages[-1]), len(plan.stages))
     wanted = {_final(each): member(_final(each), each.posed, plan.designs, FINER) for each in going}
-    ended = search.run(wanted, len(plan.stages) + 1, drawn=True)
+    ended = search.run(wanted, len(plan.stages) + 1, last=True)
     proposals = [_proposal(search, each, ended) for each in going]
     proposals.sort(key=lambda each: (not each.final, each.entry.objective if each.entry else math.inf))
     if target.minimize:
@@ -111,13 +112,13 @@ def _compared(search: Search, going: list[Candidate], stage: int, lost: Lost) ->
 
 def _further(search: Search, going: list[Candidate]) -> Candidate | None:
     """The best candidate with a further chamber; None where it reaches its target, none helps, or there is no time."""
-    if not going or search.clock.until(len(search.plan.stages))():
+    if not going or search.clock.late(len(search.plan.stages)):
         return None
     best, directory = going[0], search.out / going[0].name
     entry = search.standing(best.name, search.plan.stages[-1])
     if entry is None or reached_in(directory, best.posed) in (Reached.YES, Reached.NEARLY):
         return None
-    return with_further_chamber(best, directory, entry)
+    return with_further_chamber(best, directory)
 
 
 def _with(search: Search, going: list[Candidate], added: Candidate, lost: Lost) -> list[Candidate]:
@@ -138,11 +139,13 @@ def _with(search: Search, going: list[Candidate], added: Candidate, lost: Lost) 
 def _proposal(search: Search, candidate: Candidate, ended: Mapping[str, str]) -> Proposal:
     """One of the best: on the finer mesh, or if that failed or there was no time for it, as it was compared last."""
     name, coarse, plan = _final(candidate), search.out / candidate.name, search.plan
-    entry = search.standing(name, plan.designs) if name in ended else None
-    if entry is not None:
-        return Proposal(candidate, search.out / name, entry, True)
+    entry, before = search.standing(name, plan.designs), search.standing(candidate.name, plan.stages[-1])
+    if name in ended and entry is not None:
+        better = before is None or entry.objective <= before.objective
+        if better or not cut_short(open_run(search.out / name)):
+            return Proposal(candidate, search.out / name, entry, True)
     why = ended.get(name) or "there was no time for the finer mesh"
-    return Proposal(candidate, coarse, search.standing(candidate.name, plan.stages[-1]), False, why)
+    return Proposal(candidate, coarse, before, False, why)
 
 
 def _final(candidate: Candidate) -> str:

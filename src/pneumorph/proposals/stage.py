@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from pneumorph.optimize.settings import LoopSettings
+from pneumorph.optimize.stopping import TIME_IS_UP
 from pneumorph.problem import Problem
 from pneumorph.proposals.candidates import Candidate
 from pneumorph.proposals.proposal import Plan, Proposal
@@ -21,21 +23,27 @@ from pneumorph.study.members import MemberEnd, finished
 
 
 class Runner(Protocol):
-    """Runs members in their directories under a folder, and yields their ends as they come."""
+    """Runs members in their directories under a folder, and yields their ends as they come.
 
-    def __call__(self, members: Mapping[str, Member], drawn: bool) -> Iterator[MemberEnd]: ...
+    Where their last designs are looked at, pictures are drawn too.
+    """
+
+    def __call__(self, members: Mapping[str, Member], settings: LoopSettings) -> Iterator[MemberEnd]: ...
 
 
 class Clock:
     """Time of a search: a third for the first comparison, and the rest in equal parts for what follows it."""
 
     def __init__(self, minutes: float, following: int):
-        self._start, self._seconds, self._following = time.monotonic(), 60.0 * minutes, following
+        self._start, self._seconds, self._following = time.time(), 60.0 * minutes, following
 
-    def until(self, part: int) -> Callable[[], bool]:
-        """Whether the time of a part and of those before it is used up; 0 is the first comparison."""
-        share = 1.0 / 3.0 + 2.0 / 3.0 * part / self._following
-        return lambda: time.monotonic() - self._start > share * self._seconds
+    def until(self, part: int) -> float:
+        """When the time of a part and of those before it is up (s, of `time.time`); 0 is the first comparison."""
+        return self._start + (1.0 / 3.0 + 2.0 / 3.0 * part / self._following) * self._seconds
+
+    def late(self, part: int) -> bool:
+        """Whether it is."""
+        return time.time() > self.until(part)
 
 
 @dataclass(frozen=True)
@@ -59,24 +67,26 @@ class Search:
     clock: Clock
     said: Callable[[str], None]
 
-    def run(self, members: Mapping[str, Member], part: int, drawn: bool = False) -> dict[str, str]:
+    def run(self, members: Mapping[str, Member], part: int, last: bool = False) -> dict[str, str]:
         """The reasons for which members failed, empty for those that did not; those without time are missing.
+
+        Those that have begun end with the design that they are at when their time is up.
 
         Parameters
         ----------
         members : what is to be run.
         part : of the time, see `Clock`.
-        drawn : whether pictures are drawn.
+        last : whether they are those of the proposals.
         """
         ended: dict[str, str] = {}
-        late, waiting = self.clock.until(part), list(members.values())
+        waiting, settings = list(members.values()), LoopSettings(looked_at=last, until=self.clock.until(part))
         for first in range(0, len(waiting), 2 * self.workers):
-            if late():
+            if self.clock.late(part):
                 break
             batch = waiting[first : first + 2 * self.workers]
             todo = {each.name: each for each in batch if not _done(self.out / each.name, each.problem)}
             ended |= {each.name: "" for each in batch if each.name not in todo}
-            for end in self.runner(todo, drawn) if todo else ():
+            for end in self.runner(todo, settings) if todo else ():
                 ended[end.name] = "" if end.completed else end.reason
         return ended
 
@@ -112,7 +122,8 @@ class Search:
         alike = [each for each in going if each.layout == candidate.layout]
         least = max(alike or going, key=lambda each: self.value(each, designs))
         own, other = self.achieved(candidate, designs), self.achieved(least, designs)
-        return f"after {designs} designs {own}, where {least.name} had {other}"
+        entry = self.standing(candidate.name, designs)
+        return f"after {entry.iteration if entry else 0} designs {own}, where {least.name} had {other}"
 
     def best_in_words(self, going: Sequence[Candidate], designs: int) -> str:
         """The best of some candidates, and what it does."""
@@ -149,4 +160,10 @@ def _done(directory: Path, problem: Problem) -> bool:
 def _ended_before(run: RunDirectory) -> bool:
     """Whether a run has ended with fewer designs than were asked for: nothing changes if it goes on."""
     result = run.result()
-    return result is not None and result.iterations < run.problem.optimizer.iterations
+    return result is not None and result.iterations < run.problem.optimizer.iterations and not cut_short(run)
+
+
+def cut_short(run: RunDirectory) -> bool:
+    """Whether a run has ended because its time was up."""
+    result = run.result()
+    return result is not None and result.reason.startswith(TIME_IS_UP)

@@ -12,6 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 import pneumorph
 from pneumorph.errors import ComputationError, NotWritten
 from pneumorph.optimize import DesignAccepted, Event, Finished, design
+from pneumorph.optimize.settings import LoopSettings
 from pneumorph.problem import Problem
 from pneumorph.results import FineResult, HistoryEntry, Motion, MotionRates, RunResult
 from pneumorph.results.chambers import chamber_uses
@@ -48,10 +49,14 @@ class Outcome:
     finer: Mapping[str, FineResult] = field(default_factory=dict)
 
 
-def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
+def complete(run: RunDirectory, show: Callable[[Event], None], settings: LoopSettings | None = None) -> Outcome:
     """Run the design loop, from the checkpoint if there is one, and write ``result.json`` at its end.
 
-    `show` is called with every event, for an accepted design once it is on disk.
+    Parameters
+    ----------
+    run : the directory.
+    show : called with every event, for an accepted design once it is on disk.
+    settings : of the loop, by default the usual ones.
 
     Raises
     ------
@@ -65,14 +70,14 @@ def complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
             stack.enter_context(locked(run.path))
         except OSError as error:
             raise NotWritten(f"{run.path}: cannot be written ({error.strerror}); make it writable") from None
-        return _complete(run, show)
+        return _complete(run, show, settings)
 
 
-def _complete(run: RunDirectory, show: Callable[[Event], None]) -> Outcome:
+def _complete(run: RunDirectory, show: Callable[[Event], None], settings: LoopSettings | None) -> Outcome:
     state, begun = run.resumable(), False
     begin = run.begun_from() if state is None else None
     try:
-        for event in design(run.problem, state, begin=begin):
+        for event in design(run.problem, state, settings, begin):
             if not begun:
                 # Only now is it sure that the state can be resumed from: what is refused changes nothing.
                 run.begin()

@@ -18,6 +18,7 @@ from distributed.system import MEMORY_LIMIT
 
 from pneumorph.errors import ProblemError, short
 from pneumorph.interrupts import stop_if_asked
+from pneumorph.optimize.settings import LoopSettings
 from pneumorph.processes import temporary_folder, without_working_directory
 from pneumorph.results import HistoryEntry, from_json
 from pneumorph.study.file import Member
@@ -146,6 +147,7 @@ def run_members(
     out: Path,
     on_design: Callable[[str, HistoryEntry], None],
     drawn: bool = True,
+    settings: LoopSettings | None = None,
 ) -> Iterator[MemberEnd]:
     """Run members, each in its directory under `out`, and yield their ends as they come.
 
@@ -160,6 +162,8 @@ def run_members(
         Takes the member's name and the history entry of every accepted design.
     drawn : bool
         Whether pictures and a page of every member are made.
+    settings : LoopSettings, optional
+        Of the loop, by default the usual ones.
     """
 
     def received(event: tuple[Any, dict[str, Any]]) -> None:
@@ -169,7 +173,7 @@ def run_members(
     client.subscribe_topic(TOPIC, received)
     futures = {
         client.submit(
-            run_on_worker, name, member.problem, str((out / name).absolute()), drawn, member.begin,
+            run_on_worker, name, member.problem, str((out / name).absolute()), drawn, member.begin, settings,
             key=f"{name}-{os.urandom(4).hex()}", pure=False,
         ): name
         for name, member in members.items()

@@ -10,6 +10,7 @@ import jax
 
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.optimize import DesignAccepted, Event
+from pneumorph.optimize.settings import LoopSettings
 from pneumorph.output.pictures import run_pictures
 from pneumorph.output.report import write_report
 from pneumorph.problem import Problem
@@ -55,6 +56,7 @@ def run_member(
     on_design: Callable[[str, HistoryEntry], None],
     drawn: bool = True,
     begin: str | None = None,
+    settings: LoopSettings | None = None,
 ) -> MemberEnd:
     """Start or resume the run of a member; if the computation fails, its end says so and nothing is raised.
 
@@ -65,6 +67,7 @@ def run_member(
     on_design : called with the name and the history entry of every accepted design.
     drawn : whether its pictures and its page are made.
     begin : the directory of the run with whose last design it begins, see `run.create`.
+    settings : of the loop, by default the usual ones.
     """
 
     def show(event: Event) -> None:
@@ -73,7 +76,7 @@ def run_member(
 
     run = resume(directory, problem, begin)
     try:
-        outcome = complete(run, show)
+        outcome = complete(run, show, settings)
     except ComputationError as error:
         return MemberEnd(name, False, str(error))
     if drawn:
@@ -82,7 +85,9 @@ def run_member(
     return MemberEnd(name, outcome.completed, outcome.reason)
 
 
-def run_on_worker(name: str, problem: Problem, directory: str, drawn: bool, begin: str | None) -> MemberEnd:
+def run_on_worker(
+    name: str, problem: Problem, directory: str, drawn: bool, begin: str | None, settings: LoopSettings | None
+) -> MemberEnd:
     """`run_member` on a Dask worker, which sends a message about every design to the scheduler."""
     from distributed import get_worker
 
@@ -93,7 +98,7 @@ def run_on_worker(name: str, problem: Problem, directory: str, drawn: bool, begi
         worker.log_event(TOPIC, {"name": name, "entry": to_json(entry)})
 
     try:
-        return run_member(name, problem, directory, send, drawn, begin)
+        return run_member(name, problem, directory, send, drawn, begin, settings)
     finally:
         # A worker runs many members, and compiled kernels are on disk: it need not keep them in memory.
         jax.clear_caches()
