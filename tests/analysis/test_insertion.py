@@ -1,5 +1,7 @@
 """Where a further chamber helps: a part of a body beside the whole, and which places are told."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
@@ -7,6 +9,7 @@ from texts import problem_text
 
 import pneumorph as pm
 from pneumorph.analysis.insertion import Insertions, best_insertions, find_insertions
+from pneumorph.output.insertion import cut
 from pneumorph.problem import loads
 
 BEND = """
@@ -56,3 +59,32 @@ def test_places_have_room_and_are_apart():
     assert told[0].radius == 3.0
     assert told[0].gain == pytest.approx(36.0 * np.pi)
     assert not list(best_insertions(known, wall=1.0, least=5.0, count=5))
+
+
+def test_the_cut_of_tetrahedra_has_their_area_and_is_in_the_plane():
+    # Of a cube of six tetrahedra around its diagonal, cut at some height, and along a diagonal plane.
+    paths = [np.eye(3)[list(order)].cumsum(axis=0) for order in permutations(range(3))]
+    cube = np.array([np.vstack([np.zeros(3), path]) for path in paths])
+
+    def area(polygon):
+        spokes = polygon[1:] - polygon[0]
+        return 0.5 * np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0))
+
+    for normal, origin, whole in (((0, 0, 1), (0, 0, 0.3), 1.0), ((1, 1, 0), (0.5, 0.5, 0), np.sqrt(2.0))):
+        unit = np.array(normal) / np.linalg.norm(normal)
+        polygons, owners = cut(cube, unit, np.array(origin))
+        assert len(polygons) == len(owners) == len(set(owners))
+        assert sum(map(area, polygons)) == pytest.approx(whole)
+        assert np.abs(np.concatenate(polygons) @ unit - np.dot(origin, unit)).max() < 1e-12
+
+
+def test_the_picture_shows_the_whole_body_and_the_places(tmp_path):
+    text = problem_text(BEND, length=20, chambers=(("A", 2.5, "4 mm", "0 mm"),), body='symmetry = { mirror = ["xz"] }')
+    design = pm.starting_design(loads(text).with_changes({"limits.curvature": "4 /mm^2", "limits.wall": "0.6 mm"}))
+    figure = design.plot_further_chambers(tmp_path / "field.png")
+    along, across = figure.axes[:2]
+    assert (tmp_path / "field.png").stat().st_size > 10_000
+    assert across.dataLim.height == pytest.approx(16.0, rel=0.03) and along.dataLim.width == pytest.approx(
+        20.0, rel=0.02
+    )
+    assert across.patches

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from pneumorph.analysis.analyse import Analysis, Discretisation
-from pneumorph.analysis.near import Solved
 from pneumorph.analysis.workspace import axes_of
 from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
@@ -145,16 +144,8 @@ def best_insertions(found: Insertions, wall: float, least: float, count: int) ->
         worth[near] = -np.inf
 
 
-def further_chambers(near: Solved, count: int) -> list[Insertion]:
-    """The best places of a body with its states for a chamber that its limits allow, the best first; at most `count`.
-
-    Raises
-    ------
-    ProblemError
-        If the tasks span a workspace.
-    """
-    problem = near.problem
-    found = find_insertions(problem, near.disc, near.analysis)
+def further_chambers(problem: Problem, found: Insertions, count: int) -> list[Insertion]:
+    """The best places for a chamber that the limits of a problem allow, the best first; at most `count`."""
     # A sphere's principal curvatures are both one over its radius.
     least = 0.0 if problem.solid is not None else ROUNDER / problem.limits.curvature**0.5
     return list(best_insertions(found, ROUNDER * problem.limits.wall, least, count))

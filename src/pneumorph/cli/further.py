@@ -18,6 +18,8 @@ from pneumorph.problem.objectives.words import motion_amount
 def write_with_further(run: Run, design: Design, path: Path) -> Iterator[str]:
     """Tell the best places for a further chamber, and write the problem of a run with one in the first that has room.
 
+    A picture of what one would do everywhere is drawn beside it.
+
     Raises
     ------
     ProblemError
@@ -36,6 +38,8 @@ def write_with_further(run: Run, design: Design, path: Path) -> Iterator[str]:
     x, y, z = chosen.place
     others = f", and {', '.join(images)} as its image{'s' if images[1:] else ''}" if images else ""
     yield f"written   {path}: the start with {first} at ({x:.1f}, {y:.1f}, {z:.1f}) mm{others}"
+    design.plot_further_chambers(path.with_suffix(".png"))
+    yield f"drawn     {path.with_suffix('.png')}: what a small chamber at any place would do"
 
 
 def words(problem: Problem, further: Insertion) -> str:

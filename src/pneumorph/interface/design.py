@@ -29,7 +29,7 @@ from pneumorph.analysis import (
     prepare_simulation,
 )
 from pneumorph.analysis.accuracy import MeshError, mesh_errors
-from pneumorph.analysis.insertion import Insertion, further_chambers
+from pneumorph.analysis.insertion import Insertion, Insertions, find_insertions, further_chambers
 from pneumorph.analysis.near import Solved, analyse_near
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.errors import ProblemError
@@ -46,6 +46,7 @@ from pneumorph.problem import Problem
 from pneumorph.problem.designed import starting_at
 from pneumorph.results import ChamberUse, Fields, HistoryEntry, TaskResult
 from pneumorph.results.chambers import chamber_uses
+from pneumorph.symmetry.part import images_of
 
 if TYPE_CHECKING:
     import pyvista
@@ -155,7 +156,39 @@ class Design:
         ProblemError
             If the tasks span a workspace.
         """
-        return further_chambers(self._near, count)
+        return further_chambers(self.problem, self._insertions, count)
+
+    def plot_further_chambers(self, path: str | Path | None = None, count: int = 3) -> Figure:
+        """What a small chamber at any place would do to the objective, in two cuts through the best place.
+
+        Parameters
+        ----------
+        path : file in which the figure is saved, if given: .png, .pdf or .svg.
+        count : most places that are drawn as circles.
+
+        Raises
+        ------
+        ComputationError
+            If the body cannot be meshed or has no equilibrium.
+        ProblemError
+            If no further chamber would help, the tasks span a workspace, or the file cannot be written.
+        """
+        from pneumorph.interface.drawing import saved
+        from pneumorph.output.insertion import insertion_figure
+
+        spheres = [(each.place, each.radius) for each in self.further_chambers(count)]
+        if not spheres:
+            raise ProblemError("limits: no further chamber that keeps wall and curvature would help; nothing is drawn")
+        disc, images = self._near.disc, images_of(self._near.disc.model.part)
+        corners = self._near.analysis.X[disc.morph.mesh.tets[:, :4]]
+        whole = np.concatenate([corners @ matrix.T for matrix in images])
+        figure = insertion_figure(self.problem.title, whole, np.tile(self._insertions.gain, len(images)), spheres)
+        return figure if path is None else saved(figure, Path(path))
+
+    @cached_property
+    def _insertions(self) -> Insertions:
+        near = self._near
+        return find_insertions(near.problem, near.disc, near.analysis)
 
     @cached_property
     def fields(self) -> Fields:

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from pneumorph.analysis import checkpoint
 from pneumorph.analysis.bodies import mesher_of
-from pneumorph.analysis.insertion import Insertion, further_chambers, with_further
-from pneumorph.analysis.near import Solved
+from pneumorph.analysis.insertion import Insertion, find_insertions, further_chambers, with_further
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry.starting import space_of
 from pneumorph.mechanics import part_of
@@ -36,7 +35,7 @@ def places_in(directory: Path) -> tuple[list[Insertion], float]:
     problem = run.problem
     heights = mesher_of(problem, part_of(problem)).heights
     disc, analysis = checkpoint.unpack(problem, space_of(problem), dict(state), heights)
-    return further_chambers(Solved(problem, disc, analysis), PLACES), analysis.value
+    return further_chambers(problem, find_insertions(problem, disc, analysis), PLACES), analysis.value
 
 
 def with_further_chamber(candidate: Candidate, directory: Path) -> Candidate | None:
