@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from texts import TWO_BESIDE, problem_text
 
+from pneumorph.analysis import design_slopes
+from pneumorph.analysis.gradient import analyse_body
 from pneumorph.errors import ProblemError
-from pneumorph.geometry.starting import space_of
+from pneumorph.geometry.starting import body_of, space_of
+from pneumorph.mechanics import part_of
 from pneumorph.problem import loads, with_fewer_chambers
 
 FREE = '{ start = "30 kPa", min = "0 kPa", max = "60 kPa" }'
@@ -37,6 +40,28 @@ def test_a_shared_pressure_is_one_variable_of_both_chambers():
     phi[-1] += step
     raised = space.pressures(phi)["go"]
     assert 3.0 * (raised["A"] - 0.045) + 4.0 * (raised["B"] - 0.045) == pytest.approx(pulled[-1] * step)
+
+
+@pytest.mark.parametrize(("second", "part"), [('{ same_as = "A" }', ("xz", "yz")), (FREE, ("xz",))])
+def test_a_mirror_plane_between_chambers_of_one_supply_halves_what_is_solved(second, part):
+    assert part_of(loads(text(second))) == part
+
+
+def test_what_is_solved_of_chambers_of_one_supply_gives_the_whole():
+    objectives = {}
+    for symmetry in ('symmetry = { mirror = ["xz", "yz"] }', ""):
+        problem = loads(text('{ same_as = "A" }', symmetry))
+        at = analyse_body(problem, body_of(problem))
+        objectives[symmetry] = at.analysis.value, design_slopes(at.problem, at.space, at.disc, at.analysis).total[-1]
+    (value, slope), (whole, of_whole) = objectives.values()
+    assert (value, slope) == pytest.approx((whole, of_whole), rel=0.02)
+
+
+def test_a_motion_that_one_supply_rules_out_is_refused():
+    bent = TASK.replace("SECOND", '{ same_as = "A" }').replace('"extension"', '"bending_y"')
+    body = 'symmetry = { mirror = ["xz", "yz"] }'
+    with pytest.raises(ProblemError, match=r'bending_y is ruled out by body.symmetry, mirror "yz"'):
+        loads(problem_text(bent, radius=11, chambers=TWO_BESIDE, body=body))
 
 
 def test_a_shared_pressure_follows_the_other_when_it_changes():

@@ -16,7 +16,8 @@ from pneumorph.problem.reinforcement import EXTERIOR
 from pneumorph.symmetry.images import image
 from pneumorph.symmetry.operations import MIRRORS, NORMALS, operations
 
-Pressures = Mapping[str, float]
+Pressures = Mapping[str, float | str]
+"""Of chambers, MPa; of one whose pressure is not known yet, the name of the chamber that has the supply."""
 
 
 def mirrors_of(
@@ -43,12 +44,15 @@ def mirrors_of(
 
 
 def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -> list[Pressures]:
-    """The given pressures, or those of the tasks, where one that is free or unknown is like no other."""
+    """The given pressures, or those of the tasks, where one that is free or unknown is like no other of its own supply."""
     if pressures is not None:
         return list(pressures)
     return [
-        {name: math.nan if pressure.free else pressure.start for name, pressure in task.pressure.items()}
-        | dict.fromkeys([*task.volumes, *sealed(problem)], math.nan)
+        {
+            name: (pressure.same_as or name) if pressure.free else pressure.start
+            for name, pressure in task.pressure.items()
+        }
+        | {name: name for name in (*task.volumes, *sealed(problem))}
         for task in problem.task
     ]
 

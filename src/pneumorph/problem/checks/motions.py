@@ -87,8 +87,7 @@ def _keeps(problem: Tables, task: Task, g: NDArray[np.float64]) -> bool:
         if other == index:
             continue
         filled = task.volume or {}
-        own, given = task.pressure.get(name), task.pressure.get(names[other])
-        if own != given or (own is not None and own.free) or chambers[index].gas != chambers[other].gas:
+        if _supply(task, name) != _supply(task, names[other]) or chambers[index].gas != chambers[other].gas:
             return False
         if filled.get(name) is not None or filled.get(names[other]) is not None:
             return False
@@ -98,3 +97,11 @@ def _keeps(problem: Tables, task: Task, g: NDArray[np.float64]) -> bool:
         return not (borne or under.moves)
     turned = np.any(np.abs(g - np.diag(np.diag(g))) > 1e-9)
     return not (borne and turned) and not under.breaking(g)
+
+
+def _supply(task: Task, name: str) -> float | str:
+    """The pressure of a chamber, MPa; of one that is designed, the name of the chamber that has the supply."""
+    pressure = task.pressure.get(name)
+    if pressure is None:
+        return 0.0
+    return (pressure.same_as or name) if pressure.free else pressure.start
