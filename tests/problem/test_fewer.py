@@ -1,11 +1,15 @@
 """Problems with fewer chambers, and chambers that share a supply."""
 
+import textwrap
+
 import numpy as np
 import pytest
+from solids import box, cylinder, occ
 from texts import TWO_BESIDE, problem_text
 
 from pneumorph.analysis import design_slopes
 from pneumorph.analysis.gradient import analyse_body
+from pneumorph.cad.shells import shells_of
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.mechanics import part_of
@@ -101,3 +105,50 @@ def test_some_chamber_is_left():
         with_fewer_chambers(SHARED, ["A", "B"], {})
     with pytest.raises(ProblemError, match='no chamber "C"'):
         with_fewer_chambers(SHARED, ["C"], {})
+
+
+def with_voids(folder, kind):
+    """A block with two spherical voids, or one void and a hole from below, in a file."""
+    shape = box((-8, -6, 0), (8, 6, 30)) - ball(2.5, -3, 15)
+    shape = shape - (cylinder(2, 0, 20, x=4) if kind == "port" else ball(2, 4, 15))
+    path = folder / "voids.step"
+    shape.WriteStep(str(path))
+    other = 'name = "B"\ninside = ["4 mm", "0 mm", "15 mm"]' + ('\nport = "z = 0 mm"' if kind == "port" else "")
+    text = f"""
+    [material]
+    name = "Dragon Skin 30"
+    [body]
+    file = "{path}"
+    symmetry = {{ mirror = ["xz"] }}
+    [[body.chamber]]
+    name = "A"
+    inside = ["-3 mm", "0 mm", "15 mm"]
+    [[body.chamber]]
+    {other}
+    [[task]]
+    name = "go"
+    pressure = {{ A = "10 kPa", B = "0 kPa" }}
+    objective = {{ motion = "extension" }}
+    """
+    return loads(textwrap.dedent(text))
+
+
+def ball(radius, x, z):
+    return occ().Sphere(occ().Pnt(x, 0, z), radius)
+
+
+def test_a_void_of_a_file_is_filled(tmp_path):
+    before = with_voids(tmp_path, "void")
+    fewer = with_fewer_chambers(before, ["B"], {})
+    assert [chamber.name for chamber in fewer.body.chamber] == ["A"] and list(fewer.task[0].pressure) == ["A"]
+    assert fewer.body.symmetry.mirror == ("xz",) and fewer.solid.length == pytest.approx(30.0)
+    [void] = shells_of(fewer.solid.faces(1.0)).voids
+    assert -void.volume == pytest.approx(4.0 / 3.0 * np.pi * 2.5**3, rel=0.01)
+    assert void.centre == pytest.approx([-3.0, 0.0, 15.0], abs=0.02)
+    # Its file is part of it.
+    assert loads(fewer.to_toml()) == fewer
+
+
+def test_a_port_of_a_file_is_left_to_cad(tmp_path):
+    with pytest.raises(ProblemError, match="B opens through a port"):
+        with_fewer_chambers(with_voids(tmp_path, "port"), ["B"], {})

@@ -144,6 +144,29 @@ def triangles(path: str, size: float) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return np.array(mesh.Coordinates()), corners, elements["index"].astype(np.int64) - 1
 
 
+def fill_voids(path: str, key: str, centres: np.ndarray, out: str) -> tuple[list[str], list[str]]:
+    """Write a BREP file with the solid of a STEP or BREP file, of which closed voids are filled.
+
+    Parameters
+    ----------
+    path, key
+        See `solids`.
+    centres : (n, 3) array
+        Near the centroids of the voids, in the unit of the file.
+    out : the file.
+    """
+    occ, body = _occ(), _shape(path, key)
+    if len(body.solids) != 1:
+        raise Unsuitable(f"has {len(body.solids)} solids; fill their voids in CAD")
+    # The faces of a void point into it, so that the solid within them has less than no volume.
+    voids = [each for each in map(occ.Solid, body.shells) if each.mass < 0.0]
+    middles = np.array([list(each.center) for each in voids]).reshape(-1, 3)
+    for centre in centres:
+        body = body + voids[int(np.linalg.norm(middles - centre, axis=1).argmin())].Reversed()
+    body.WriteBrep(out)
+    return [out], [out]
+
+
 def compose(parts: list[tuple[bool, str, tuple[float, ...], float]], path: str) -> tuple[list[str], list[str]]:
     """Write a STEP or BREP file with a body, of which parts are added or cut out in order, see `bodies.parts.Part`.
 
@@ -291,7 +314,7 @@ def main() -> None:
     answers, nowhere = os.fdopen(os.dup(1), "wb"), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     calls, waiting = (
-        {each.__name__: each for each in (fill, optimise, solids, distances, triangles, compose)},
+        {each.__name__: each for each in (fill, optimise, solids, distances, triangles, compose, fill_voids)},
         SimpleQueue[tuple[str, Any]](),
     )
     threading.Thread(target=_read, args=(waiting,), daemon=True).start()

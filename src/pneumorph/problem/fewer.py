@@ -6,8 +6,14 @@ from collections.abc import Collection, Iterator, Mapping
 from itertools import combinations
 from typing import Any
 
-from pneumorph.errors import ProblemError
+import numpy as np
+
+from pneumorph.cad.fill import filled
+from pneumorph.cad.read import read_faces
+from pneumorph.cad.shells import shells_of
+from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.problem.defaults import limits_by_default
+from pneumorph.problem.solid import SolidSpec, packed
 from pneumorph.problem.whole import Problem
 
 
@@ -18,14 +24,14 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
 
     Parameters
     ----------
-    problem : of a body of tubes, if chambers are left out.
-    without : names of chambers that are left out.
+    problem : with its chambers.
+    without : names of chambers that are left out; closed voids of a body from a file are filled.
     shared : chambers, each with the one whose pressure it has from now on in every task.
 
     Raises
     ------
     ProblemError
-        If no chamber would be left, the body is from a file, or the tasks make no sense without the chambers.
+        If no chamber would be left, a void of a file cannot be filled, or the tasks make no sense without the chambers.
 
     Examples
     --------
@@ -40,8 +46,6 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
     for name in (*without, *shared, *shared.values()):
         if name not in names:
             raise ProblemError(f'there is no chamber "{name}"; the chambers are {", ".join(names)}')
-    if without and problem.solid is not None:
-        raise ProblemError("body.file: chambers of a file are part of it; fill them in CAD")
     if without and not set(names) - set(without):
         raise ProblemError(f"body.chamber: none is left without {', '.join(without)}; keep one")
     for task in table["task"]:
@@ -51,6 +55,8 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
     if not without:
         return Problem.model_validate(table)
     body = table["body"]
+    if problem.solid is not None:
+        body |= _filled(problem.solid, without)
     body["chamber"] = [each for each in body["chamber"] if each["name"] not in without]
     table["region"] = [each for each in map(lambda each: _region(each, without), table["region"]) if each is not None]
     refused: ProblemError | None = None
@@ -61,6 +67,21 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
             refused = error
     assert refused is not None
     raise refused
+
+
+def _filled(solid: SolidSpec, without: Collection[str]) -> dict[str, Any]:
+    """What of the table of a body from a file changes where some of its chambers are filled."""
+    if opened := [each.name for each in solid.chamber if each.name in without and each.port is not None]:
+        raise ProblemError(f"body.chamber: {opened[0]} opens through a port; fill it in CAD")
+    centres = np.array([solid.parts.chambers[name].centre for name in without]) / solid.factor
+    try:
+        data = filled(solid.content, solid.format, centres)
+        before, left = (len(shells_of(each).voids) for each in (solid.outline, read_faces(data, "brep", solid.factor)))
+    except ComputationError as error:
+        raise ProblemError(f"body.file: it {error}") from None
+    if left != before - len(centres):
+        raise ProblemError(f"body.file: {', '.join(without)} could not be filled; fill them in CAD")
+    return {"data": packed(data), "format": "brep"}
 
 
 def table_of(problem: Problem) -> dict[str, Any]:

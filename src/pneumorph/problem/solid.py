@@ -47,6 +47,11 @@ _LENGTH = Quantity(units.LENGTH)
 Place = tuple[Length, Length, Length]
 
 
+def packed(content: bytes) -> str:
+    """The bytes of a file as `SolidSpec.data` has them."""
+    return base64.b64encode(zlib.compress(content, 9)).decode()
+
+
 class Selection(Table):
     """Faces of a body from a file: all in a plane, all within a box, or those with a name. One of the keys is given."""
 
@@ -162,11 +167,11 @@ class SolidSpec(Table):
         if form is None:
             known = ", ".join(FORMATS)
             raise InvalidKey("file", f"{shown} is of no known format; save it as one of {known}")
-        packed = base64.b64encode(zlib.compress(contents_of(path, MOST_BYTES), 9)).decode()
-        if len(packed) > MOST_TEXT:
-            size = f"{len(packed) / 1e6:.2g} MB when compressed, more than {MOST_TEXT / 1e6:g} MB"
+        text = packed(contents_of(path, MOST_BYTES))
+        if len(text) > MOST_TEXT:
+            size = f"{len(text) / 1e6:.2g} MB when compressed, more than {MOST_TEXT / 1e6:g} MB"
             raise InvalidKey("file", f"{shown} has {size}; simplify it in CAD, or make its triangles coarser")
-        return stored(data, data=packed, format=form)
+        return stored(data, data=text, format=form)
 
     @model_validator(mode="after")
     def _found_in_the_file(self) -> SolidSpec:

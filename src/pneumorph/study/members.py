@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,6 +75,8 @@ def run_member(
         if isinstance(event, DesignAccepted):
             on_design(name, event.entry)
 
+    if settings is not None and time.time() > settings.until:
+        return MemberEnd(name, False, "there was no time for it")
     run = resume(directory, problem, begin)
     try:
         outcome = complete(run, show, settings)

@@ -44,7 +44,7 @@ def mirrors_of(
 
 
 def applied_pressures(problem: Problem, pressures: Iterable[Pressures] | None) -> list[Pressures]:
-    """The given pressures, or those of the tasks, where one that is free or unknown is like no other of its own supply."""
+    """The given pressures, or those of the tasks, where one that is free or unknown is like those of its supply."""
     if pressures is not None:
         return list(pressures)
     return [
