@@ -68,7 +68,7 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
             yield run_member(name, each.problem, str(tmp_path / name), later, False, None, settings)
 
     found = propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=30.0, stages=(5,), designs=5), slow, 1)
-    # Time was up after the first design of the first, before the second had begun, and none was left for the finer mesh.
+    # Time was up after the first design of the first, before the second had begun, with none left for the finer mesh.
     run = open_run(tmp_path / names[0])
     assert cut_short(run) and run.history()[-1].iteration == 1
     assert not (tmp_path / names[1]).exists()
