@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from pneumorph.mechanics import (
     Equilibrium,
+    NoEquilibrium,
     State,
     Tangent,
     build_loads,
@@ -116,6 +117,17 @@ def test_a_factorisation_with_a_raised_diagonal_says_nothing_of_stability():
     before = solver.factorisations
     assert solver.pivots_at(at, found.state) == 0
     assert solver.factorisations == before + 1
+
+
+def test_a_state_that_was_found_is_not_given_up_for_what_its_search_has_cost(monkeypatch):
+    monkeypatch.setattr(Tangent, "_is_near", lambda self, at, state: False)
+    at, _, found = inflated(0.03)
+    start = at.model.state(0.97 * at.model.vector(found.state))
+    cost = solve(at, Tangent(at.model), start).factorisations
+    assert cost >= 2, "the last one is for its stability"
+    again = solve(at, Tangent(at.model), start, most=cost - 1)
+    assert isinstance(again, Equilibrium) and again.factorisations == cost
+    assert isinstance(solve(at, Tangent(at.model), start, most=0), NoEquilibrium)
 
 
 def test_an_unstable_state_beside_a_stable_one_is_found_out():

@@ -172,14 +172,11 @@ def _gradient(space: DesignSpace, disc: Discretisation, name: str, state: TaskSt
 def _jacobian(space: DesignSpace, disc: Discretisation, name: str, state: TaskState) -> tuple[np.ndarray, np.ndarray]:
     """Residuals (k,) of a task in a state of it, and their derivatives (k, n) with respect to Φ."""
     derivatives = residual_jacobian(state.at, state.tangent, state.equilibrium, disc.objectives[name], DESIGN_ACCURACY)
-    rows = [
-        space.pullback(
-            disc.morph.pullback(X),
-            {name: dict(zip(disc.model.chambers, state.per_pressure * pressure, strict=True))},
-            reinforcement,
-        )
-        for X, pressure, reinforcement in zip(
-            derivatives.X, derivatives.pressure, derivatives.reinforcement, strict=True
-        )
-    ]
-    return derivatives.residuals, np.array(rows)
+    rows = np.zeros((len(derivatives.residuals), space.n))
+    for row, X, pressure, reinforcement in zip(
+        rows, derivatives.X, derivatives.pressure, derivatives.reinforcement, strict=True
+    ):
+        if X.any() or pressure.any() or reinforcement.any():
+            by_chamber = dict(zip(disc.model.chambers, state.per_pressure * pressure, strict=True))
+            row[:] = space.pullback(disc.morph.pullback(X), {name: by_chamber}, reinforcement)
+    return derivatives.residuals, rows

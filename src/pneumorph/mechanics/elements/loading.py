@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,7 +12,7 @@ from jax import Array
 from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.elements.element import TRIANGLE_VOLUME, cap_triangles, tet_works, triangle_volumes
-from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy
+from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
 
 
@@ -34,6 +35,17 @@ class Weight(ElementEnergy):
             As for `ElementEnergy.blocks`.
         """
         return None
+
+    def tangent_map(self, elements: Connectivity, at: Local, loads: Loads) -> Callable[[Local], Forces]:
+        """Nothing along any direction: the forces are the same in all states.
+
+        Parameters
+        ----------
+        elements, at, loads
+            As for `ElementEnergy.tangent_map`.
+        """
+        none = Forces(*(np.zeros(each.shape) for each in (at.u, at.hydrostatic, at.plate, at.objects)))
+        return lambda along: none
 
 
 @partial(register_dataclass, data_fields=[], meta_fields=[])

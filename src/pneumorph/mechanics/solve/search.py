@@ -65,7 +65,8 @@ def solve(
     weights and plate loads first, then pressures. Where the nodes of `since` are in other places, they are moved in the
     same steps. A state has converged when its residual is `tolerance` times the norm of the applied forces. The search
     ends after `most` factorisations, and does not begin where the start's own residual is more than `roughest` κ/μ
-    times the applied forces: from so far away it would hardly lead anywhere.
+    times the applied forces: from so far away it would hardly lead anywhere. A state found from the start
+    may cost one more, for its stability.
 
     Parameters
     ----------
@@ -116,6 +117,8 @@ def _searched(
                 return NoEquilibrium("there is no equilibrium near the predicted state", 0.0, None)
             found = _search(at, tangent, begin, tolerance)
             if not isinstance(found, str):
+                # It is not given up for what the search has cost.
+                tangent.max_factorisations = math.inf
                 return read_off(at, tangent, *found, before)
     if since is not None:
         begin, state = since
