@@ -1,6 +1,7 @@
 """A search on bodies so small that each design takes a second."""
 
 import csv
+import dataclasses
 
 import pytest
 from searches import FEW, TARGET, Runner
@@ -78,6 +79,22 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
     propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=60.0, stages=(2,), designs=1), again, 1)
     assert set(names) < set(again.names)
     assert all(open_run(tmp_path / name).history()[-1].iteration == 2 for name in names)
+
+
+@pytest.mark.slow
+def test_a_comparison_that_has_no_time_loses_nobody(tmp_path, monkeypatch):
+    now, inner = [0.0], Runner(tmp_path)
+    monkeypatch.setattr("time.time", lambda: now[0])
+
+    def slow(members, settings):
+        yield from inner(members, settings)
+        # After the time of the second comparison, before that of the finer mesh.
+        now[0] = 0.7 * 60.0 * FEW.minutes
+
+    found = propose(TARGET, tmp_path, dataclasses.replace(FEW, candidates=2), slow, 1)
+    assert [each.final for each in found] == [True, True]
+    assert not any("time" in each.lost for each in found)
+    assert [open_run(tmp_path / each.candidate.name).latest() for each in found] == [1, 1]
 
 
 def test_a_candidate_that_fails_is_lost_with_its_reason(tmp_path):

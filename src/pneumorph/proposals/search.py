@@ -95,6 +95,9 @@ def _compared(search: Search, going: list[Candidate], stage: int, lost: Lost) ->
     designs = search.plan.stages[stage]
     wanted = {each.name: member(each.name, each.posed, designs) for each in going}
     ended = search.run(wanted, stage)
+    if stage and not ended:
+        # The time went into the comparison before; what it kept goes on as it is.
+        return going
     for name in wanted.keys() - ended.keys():
         lost[name] = (f"there was no time for {designs} designs", stage - 1)
     ranked = search.ranked([each for each in going if each.name in ended], designs, by_layout=stage == 0)
