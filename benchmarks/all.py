@@ -178,6 +178,13 @@ def sections(runs: Path, out: Path) -> list[Section]:
             markdown=True,
         ),
         Section(
+            "Graded meshes",
+            "Starts on equal elements, and on those that are divided as `mesh.error` asks for it.",
+            ["grading.py", "linear:5"],
+            ["grading.py"],
+            markdown=True,
+        ),
+        Section(
             "Beside other finite-element programs",
             "One equilibrium with the same mesh and load, from rest, for all installed programs.",
             ["solvers.py", "8000"],

@@ -77,6 +77,7 @@ class _Plan(Draws):
     length: float = 0.0
     radius: float = 0.0
     wall: float = 0.0
+    longest: float = math.inf
     planar: bool = False
     symmetric: bool = False
     motions: list[str] = field(default_factory=list)
@@ -89,11 +90,12 @@ def rubber_for(seed: int, index: int) -> str:
     return rubbers[order[index % len(order)]]
 
 
-def draw(seed: int, index: int) -> Drawn:
-    """Draw problem number `index` of a seed."""
+def draw(seed: int, index: int, longest: float = math.inf) -> Drawn:
+    """Draw problem number `index` of a seed, no longer than so many radii."""
     rng = np.random.default_rng([seed, index])
     for redraws in range(1000):
         plan = _Plan(rng, LAYOUTS[index % len(LAYOUTS)], [KINDS[index % len(KINDS)]], rubber_for(seed, index))
+        plan.longest = longest
         try:
             content = _content(plan)
             content["title"] = f"Random problem {index} of seed {seed}"
@@ -135,7 +137,8 @@ def _mm(value: float) -> str:
 def _content(plan: _Plan) -> dict[str, Any]:
     """The tables of a problem file; raises `_Again` if the draws are inconsistent."""
     plan.radius = round(plan.between(6, 20), 2)
-    plan.length = round(plan.between(max(30.0, 1.8 * plan.radius), 120), 2)
+    longest = min(120.0, plan.longest * plan.radius)
+    plan.length = round(plan.between(max(min(30.0, longest), 1.8 * plan.radius), longest), 2)
     plan.wall = max(1.2, round(plan.between(0.15, 0.4) * plan.radius, 2))
     plan.symmetric = plan.chance(0.35)
     plan.planar = plan.symmetric or plan.chance(0.4)

@@ -15,7 +15,7 @@ from pneumorph.mechanics import Tangent, build_loads, build_model, configure, mo
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.solve import refined
 from pneumorph.mechanics.solve.balance import residual_at
-from pneumorph.mechanics.solve.refined import _Split, _surplus_of, near_refined, on_refined
+from pneumorph.mechanics.solve.refined import Split, near_refined, on_refined, surplus_of
 from pneumorph.mesh.refine import refine
 from pneumorph.problem import loads
 from pneumorph.verify.solids import BULK, DENSITY, RUBBER, SHEAR, bar
@@ -77,7 +77,7 @@ def matrix(there, state):
 
 def test_forces_are_the_transpose_of_directions(case):
     """On all unknowns that are free on both meshes."""
-    split, random = _Split(case.fine, case.at, case.state, case.there), np.random.default_rng(0)
+    split, random = Split(case.fine, case.at, case.state, case.there), np.random.default_rng(0)
     model = case.there.model
     x = random.standard_normal(case.at.model.size + split.free.size + len(split.inside))
     x[: case.at.model.size][case.at.constrained] = 0.0
@@ -92,8 +92,8 @@ def test_forces_are_the_transpose_of_directions(case):
 
 
 def test_the_blocks_of_new_nodes_are_those_of_the_assembled_tangent(case):
-    split, model = _Split(case.fine, case.at, case.state, case.there), case.there.model
-    found, K = _surplus_of(split, case.there, case.start), matrix(case.there, case.start)
+    split, model = Split(case.fine, case.at, case.state, case.there), case.there.model
+    found, K = surplus_of(split, case.there, case.start), matrix(case.there, case.start)
     first = 3 * np.searchsorted(model.independent, split.new)
     own = (first[:, None] + np.arange(3)).ravel()
     whole = sparse.csr_array(K[own][:, own]).tobsr((3, 3))
@@ -119,7 +119,7 @@ def test_a_few_products_give_about_what_a_factorisation_gives(case, monkeypatch)
     monkeypatch.setattr(refined, "MIXED", 150)
     monkeypatch.setattr(refined, "CONTRACTING", np.inf)
     # What balances the last residual is of second order.
-    monkeypatch.setattr(_Split, "of_coarse", lambda self, c: np.zeros(self.coarse + self.free.size + len(self.inside)))
+    monkeypatch.setattr(Split, "of_coarse", lambda self, c: np.zeros(self.coarse + self.free.size + len(self.inside)))
     many = case.near()[1]
     np.testing.assert_allclose(many.plate - case.start.plate, step.plate, atol=0.02 * np.abs(step.plate).max())
 

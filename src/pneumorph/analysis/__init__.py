@@ -24,6 +24,7 @@ from pneumorph.analysis.collect import (
     compute_sag,
 )
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
+from pneumorph.analysis.graded import divided, to_divide
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
 from pneumorph.analysis.limited import (
     least_motion_rows,
@@ -37,7 +38,7 @@ from pneumorph.analysis.limited import (
 )
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
-from pneumorph.analysis.sized import is_estimated, outgrown, recorded_share
+from pneumorph.analysis.sized import is_estimated, largest_share, recorded_share, result_share
 from pneumorph.analysis.slopes import (
     Slopes,
     design_gradient,
@@ -76,8 +77,10 @@ __all__ = [
     "design_gradient",
     "design_slopes",
     "discretise",
+    "divided",
     "expect_limit_points",
     "is_estimated",
+    "largest_share",
     "lateral_slope_of",
     "lateral_stability",
     "lateral_stiffness",
@@ -90,11 +93,11 @@ __all__ = [
     "motion_rows",
     "motion_sizes",
     "near_margins",
-    "outgrown",
     "predict_states",
     "prepare_simulation",
     "quick_errors",
     "recorded_share",
+    "result_share",
     "run_gradient_check",
     "sensitivities",
     "sensitivity_rows",
@@ -103,5 +106,6 @@ __all__ = [
     "strain_shares",
     "strain_slopes",
     "thickenings",
+    "to_divide",
     "with_castings",
 ]

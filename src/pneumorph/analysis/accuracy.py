@@ -10,12 +10,14 @@ further refinement adds is taken from the order with which errors fall.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import jax
 import numpy as np
 
 from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
+from pneumorph.analysis.castings import TaskState
 from pneumorph.analysis.collect import vector
 from pneumorph.doing import doing
 from pneumorph.errors import Hopeless
@@ -146,17 +148,29 @@ def mesh_errors(
     thorough : whether the refined mesh may be factorised where it must be, to search for states and for objectives that
         are no functions of the state alone; without it those are as on the mesh.
     """
-    refined, errors = refined_model(problem, disc.morph.mesh.at(analysis.X)), {}
+    states = {name: analysis.state(disc, name) for name in analysis.configurations}
+    return errors_of(problem, disc.morph.mesh.at(analysis.X), disc.objectives, states, thorough)
+
+
+def errors_of(
+    problem: Problem,
+    mesh: TetMesh,
+    objectives: Mapping[str, Objective],
+    states: Mapping[str, TaskState],
+    thorough: bool = True,
+) -> dict[str, MeshError]:
+    """The same of the states of tasks on a mesh."""
+    refined, errors = refined_model(problem, mesh), {}
     if refined is None:
         return errors
-    for name, at in analysis.configurations.items():
-        objective, state = disc.objectives[name], analysis.equilibria[name].state
-        found = refined.near(at, disc.tangents[name], state, thorough)
+    for name, (at, tangent, equilibrium, value, _) in states.items():
+        objective, state = objectives[name], equilibrium.state
+        found = refined.near(at, tangent, state, thorough)
         if found is not None:
             there, near, searched = found
             here = objective.features(at.model, at.X, state)
             moved = extrapolated(here, objective.features(there.model, there.X, near))
-            value = finer = analysis.values[name]
+            finer = value
             if objective.instead is None:
                 pressures = dict(zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True))
                 finer = float(objective.value(moved)) + objective.of_pressures(pressures)

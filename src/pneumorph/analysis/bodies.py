@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pneumorph.doing import doing
 from pneumorph.geometry import Body
 from pneumorph.geometry.tube import build_covers, build_levels, build_linings, build_wedges
-from pneumorph.mesh import Mesher, Morph
+from pneumorph.mesh import Mesher, Morph, TetMesh
+from pneumorph.mesh.bisect import as_fine_as
 from pneumorph.mesh.faces import FacesMesher
 from pneumorph.mesh.faces.cover import FaceCover
 from pneumorph.mesh.tube import TubeMesher
@@ -59,7 +62,7 @@ def _cover(each: Reinforcement, body: SolidSpec) -> FaceCover:
     return FaceCover(each.name, each.surfaces, on, (x, y, z), isinstance(each, FibresSpec))
 
 
-def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None) -> Morph:
+def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None, like: TetMesh | None = None) -> Morph:
     """Mesh a body of a problem, see `mesher_of`.
 
     What cannot be meshed so is tried with finer elements.
@@ -74,6 +77,8 @@ def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None)
         Of the body that is meshed.
     size : float, optional
         Edge length of the elements, mm; by default that of the problem.
+    like : TetMesh, optional
+        Another mesh of the same part; elements are divided where its were, see `as_fine_as`.
 
     Raises
     ------
@@ -81,4 +86,13 @@ def mesh_of(problem: Problem, body: Body, part: Part, size: float | None = None)
         If the body cannot be meshed.
     """
     with doing("meshing"):
-        return mesher_of(problem, part, size).mesh(body)
+        mesher = mesher_of(problem, part, size)
+        morph = mesher.mesh(body)
+        return as_fine_like(morph, body.control_points(), like, mesher.heights)
+
+
+def as_fine_like(morph: Morph, P: np.ndarray, like: TetMesh | None, heights: Sequence[float]) -> Morph:
+    """A morph with its elements divided where those of another mesh were, if it is one of the same part."""
+    if like is None or like.halved is None or like.part != morph.mesh.part:
+        return morph
+    return as_fine_as(morph, P, like, heights)

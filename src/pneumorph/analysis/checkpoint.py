@@ -38,6 +38,8 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
     }
     if carrier.offset.any():
         arrays["mesh_offset"] = carrier.offset
+    if carrier.mesh.halved is not None:
+        arrays["mesh_halved"] = carrier.mesh.halved
     arrays |= {f"region {name}": elements for name, elements in carrier.mesh.regions.items()}
     arrays |= {f"face {name}": triangles for name, triangles in carrier.mesh.faces.items()}
     for task, castings in disc.castings.items():
@@ -89,7 +91,8 @@ def unpack(
         shape=(len(arrays["mesh_B_indptr"]) - 1, len(points)),
     )
     caps = unpack_caps(arrays, faces, len(arrays["mesh_straight"]))
-    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions, unpack_covers(arrays), caps)
+    covers, halved = unpack_covers(arrays), arrays.get("mesh_halved")
+    straight = TetMesh(arrays["mesh_straight"], arrays["mesh_tets"], faces, regions, covers, caps, halved)
     offset = arrays.get("mesh_offset", np.zeros((len(B.indptr) - 1, 3)))
     try:
         morph = build_morph(straight, B, offset, points, float(arrays["mesh_size"]), param, heights)

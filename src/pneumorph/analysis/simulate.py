@@ -49,6 +49,7 @@ from pneumorph.mesh import TetMesh
 from pneumorph.objective import Objective, build_objectives, measure_features
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting
+from pneumorph.results import Fields
 from pneumorph.results.records import Cycle, SweepStep, Vector
 from pneumorph.sensitivity import by_moduli
 
@@ -341,6 +342,8 @@ def prepare_simulation(
     rate: Any = None,
     cycles: int | None = None,
     hold: Any = None,
+    *,
+    stored: Fields | None = None,
 ) -> Simulation:
     """Mesh a body, or a part of it where symmetry allows that, for sweeps.
 
@@ -361,6 +364,7 @@ def prepare_simulation(
     rate : "2 kPa/s" or a pint quantity, of the first that is swept.
     cycles : how often sweeps go there and back.
     hold : "10 s" or a pint quantity, how long loads stay at the end of a sweep, or at both ends of every cycle.
+    stored : fields of the body in a run, where elements of its mesh may have been divided.
 
     Raises
     ------
@@ -404,7 +408,7 @@ def prepare_simulation(
     targets = {name: target for name, target in _targets(problem).items() if name in pressures}
     # What a part has been through would have to be carried over where the whole body loses its symmetry.
     part = () if durations is not None else part_of(problem, applied, under)
-    mesh = mesh_of(problem, body, part).mesh
+    mesh = mesh_of(problem, body, part, like=None if stored is None else stored.unfolded(part).mesh).mesh
     model = model_of(problem, mesh)
     return Simulation(problem, mesh, model, pressures, paths, targets, coefficient, stiffness, towards, durations)
 

@@ -1,7 +1,7 @@
-"""The size of elements with which the error of the mesh is as small as asked, `mesh.error`.
+"""The size of equal elements from which a mesh is graded for an error that is asked for, `mesh.error`.
 
 The error of one mesh is estimated, and so is that of a finer or coarser one, of which the order follows in which the
-error falls with the size. All elements have that size: surfaces are triangulated evenly.
+error falls with the size. Elements that contribute most are divided afterwards (`graded.py`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.analysis.accuracy import MOST, ORDER, MeshError, mesh_errors
+from pneumorph.analysis.accuracy import LEVER, MOST, ORDER, MeshError, mesh_errors
 from pneumorph.analysis.analyse import Analysis, Discretisation, build_discretisation
 from pneumorph.analysis.bodies import mesh_of
 from pneumorph.analysis.starting import analyse_start
@@ -22,13 +22,16 @@ from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.mechanics import part_of
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
-from pneumorph.results import HistoryEntry
+from pneumorph.results import HistoryEntry, RunResult
 
 ORDERS = (0.8, 4.0)
 """Between these, orders that follow from two meshes are believed: errors may change their sign between them."""
 
+COARSER = 3.0
+"""The error of the mesh of equal elements over that which is asked for: one that elements are divided for twice."""
+
 AIM, ENOUGH = 0.8, 0.5
-"""Part of the error that is asked for at which a size aims, and above which a mesh is not finer than needed."""
+"""Part of an error at which a size aims, and above which a mesh is not finer than needed."""
 
 FACTORS = (0.4, 1.6)
 """Between these factors on the size of a mesh its error tells that of another."""
@@ -36,14 +39,17 @@ FACTORS = (0.4, 1.6)
 ROUNDS, SAME = 4, 0.02
 """Most meshes whose error is estimated, and the relative difference of sizes that are the same."""
 
+SLIGHT = 0.1
+"""A motion that is a smaller part of the whole one, as bending at a symmetric start, is taken to be so large."""
+
 TINY = 1e-9
 """Errors and motions below which there is nothing to compare."""
 
 LARGEST = 100_000
 """Elements of meshes that are chosen so."""
 
-EVERY, OUTGROWN = 5, 1.5
-"""In every so many designs it is looked whether the error is more than this multiple of what is asked for."""
+EVERY = 5
+"""In every so many designs it is looked whether the error is more than what is asked for."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,7 @@ class Sized:
 
 @doing("choosing the size of elements")
 def sized(problem: Problem) -> Problem:
-    """A problem with the size of elements with which its start has an error as small as it asks for.
+    """A problem with the size of elements from which the mesh of its start is graded for the error that it asks for.
 
     Raises
     ------
@@ -74,7 +80,7 @@ def sized(problem: Problem) -> Problem:
     if asked is None:
         return problem
     coarsest = math.inf if problem.solid is not None else problem.body.radius
-    return _with(problem, chosen(lambda size: _estimated(problem, size), problem.mesh.size, asked, coarsest))
+    return _with(problem, chosen(lambda size: _estimated(problem, size), problem.mesh.size, COARSER * asked, coarsest))
 
 
 def chosen(estimated: Callable[[float], Sized], size: float, asked: float, coarsest: float) -> float:
@@ -139,22 +145,6 @@ def is_estimated(problem: Problem, number: int) -> bool:
     return problem.mesh.error is not None and number % EVERY == 0
 
 
-def outgrown(problem: Problem, disc: Discretisation, errors: Mapping[str, MeshError]) -> float | None:
-    """The size of elements, mm, that a design needs whose error has become too large for `mesh.error`, else None.
-
-    Parameters
-    ----------
-    problem : of the run.
-    disc : the mesh of the design.
-    errors : of its tasks, where they are estimated.
-    """
-    asked, error = problem.mesh.error, largest_share(problem, errors)
-    if asked is None or error is None or error <= OUTGROWN * asked:
-        return None
-    size = disc.morph.size
-    return max(next_size([Sized(size, error, disc.model.elements)], asked), FACTORS[0] * size)
-
-
 def relative_error(problem: Problem, disc: Discretisation, analysis: Analysis) -> float | None:
     """The largest error of the mesh in the motions that tasks are about, see `largest_share`."""
     return largest_share(problem, mesh_errors(problem, disc, analysis))
@@ -175,12 +165,28 @@ def recorded_share(problem: Problem, entry: HistoryEntry) -> float | None:
     return largest_share(problem, {name: MeshError(entry.tasks[name], fine) for name, fine in entry.finer.items()})
 
 
+def result_share(problem: Problem, result: RunResult) -> float | None:
+    """The same of the result of a run."""
+    return largest_share(problem, {name: MeshError(result.tasks[name], fine) for name, fine in result.finer.items()})
+
+
 def motion_share(task: Task, error: MeshError) -> float:
     """The error over the motion of the tip: the largest of the components that a task is about, or that of all."""
+    worst = worst_motion(task, error)
+    return error.share if worst is None else float(relative_errors(error)[worst])
+
+
+def worst_motion(task: Task, error: MeshError) -> int | None:
+    """Which of the motions that a task is about has the largest relative error; None if it is about none."""
     about = [MOTIONS.index(name) for name in task.objective.tip_motions]
-    if not about:
-        return error.share
-    return float((np.abs(error.missing) / np.maximum(np.abs(error.motion), TINY))[about].max())
+    return max(about, key=lambda k: relative_errors(error)[k]) if about else None
+
+
+def relative_errors(error: MeshError) -> np.ndarray:
+    """The errors over the motions (6,); of those that are small beside the others, over a part of the whole motion."""
+    lever = np.repeat([1.0, LEVER], 3)
+    least = SLIGHT * np.linalg.norm(lever * error.motion) / lever
+    return np.abs(error.missing) / np.maximum(np.maximum(np.abs(error.motion), least), TINY)
 
 
 def _estimated(problem: Problem, size: float) -> Sized:

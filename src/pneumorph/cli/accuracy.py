@@ -14,10 +14,7 @@ from pneumorph.interface.design import MeshError
 from pneumorph.output.certainty import of_sums, of_the_mesh
 from pneumorph.problem import Problem
 
-SMALL = 0.1
-"""Errors up to this part of a motion are so small that their estimates are worth adding."""
-CORRECTED = "the values on a fine mesh are most likely nearer to the truth than those of this mesh"
-UNSURE = "the error is so large that the values on a fine mesh are rough: make mesh.size smaller"
+ANEW = "the mesh of this design is not stored; its error is estimated on a new one, which differs a little"
 
 
 def accuracy(source: Path, number: int | None, trust: bool) -> None:
@@ -41,6 +38,8 @@ def accuracy(source: Path, number: int | None, trust: bool) -> None:
     """
     design = design_of(source, number, asking(trust))
     console = Console()
+    if design.entry is not None and design.stored is None:
+        console.print(Text(ANEW), soft_wrap=True)
     for name, sentences in told(design.problem, design.mesh_errors()).items():
         for sentence in sentences:
             console.print(Text(f"{name}: {sentence}"), soft_wrap=True)
@@ -54,5 +53,4 @@ def told(problem: Problem, errors: Mapping[str, MeshError]) -> dict[str, list[st
             words[task.name] = ["not known: no state was found on the refined mesh; halve mesh.size and compare"]
             continue
         words[task.name] = [*of_the_mesh(task.objective, error.here, error.fine), *of_sums(error.here, error.fine)]
-        words[task.name].append(CORRECTED if error.share <= SMALL else UNSURE)
     return words

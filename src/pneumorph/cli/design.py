@@ -83,7 +83,10 @@ def design(
                 screen.say("solved by SuperLU; pip install 'pneumorph[fast]' makes factorisations 6 to 8 times as fast")
             if asked.mesh.error is not None:
                 size, error = run.problem.mesh.size, 100 * asked.mesh.error
-                screen.say(f"elements of {size:g} mm, for which the start has an error of the mesh below {error:g} %")
+                screen.say(
+                    f"elements of {size:g} mm at first; those that contribute most to an error of the mesh above "
+                    f"{error:g} % are divided"
+                )
             for sentence in () if asked.solid else adjusted_columns(asked.tubes):
                 screen.say(sentence)
             for sentence in doubts(asked):

@@ -9,6 +9,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from pneumorph.analysis import result_share
 from pneumorph.cli.columns import MARK
 from pneumorph.cli.verdict import verdict
 from pneumorph.interface.runs import Run
@@ -16,7 +17,7 @@ from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, OF_SHAPE, in_history
 from pneumorph.mechanics import rubbers_of
-from pneumorph.output.certainty import certainty, of_rubber, of_the_mesh
+from pneumorph.output.certainty import certainty, of_rubber, of_the_asked, of_the_mesh
 from pneumorph.output.chambers import of_chambers
 from pneumorph.output.format import (
     balloons,
@@ -57,6 +58,8 @@ def outcome(run: Run, start: HistoryEntry, result: RunResult) -> Iterator[Render
             yield Text(f"{task.name}: {balloons(result.tasks[task.name].pressures, margin)}", style="bold")
         if followed := result.followed.get(task.name):
             yield Text(f"{task.name}: {balloons_perhaps(result.tasks[task.name].pressures, followed)}", style="bold")
+    if (asked := run.problem.mesh.error) is not None:
+        yield Text(of_the_asked(asked, result_share(run.problem, result)))
     yield from map(Text, of_chambers(result.chambers))
     if any(use.idle or use.same_as for use in result.chambers.values()):
         shown = shlex.quote(str(run.path))

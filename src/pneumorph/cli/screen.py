@@ -19,6 +19,7 @@ from pneumorph.optimize import (
     BroughtWithin,
     DesignAccepted,
     DesignRejected,
+    Divided,
     Event,
     Finished,
     MeshKept,
@@ -97,6 +98,11 @@ class Screen:
                 self._note(
                     f"design {event.iteration}: remeshed with {event.elements} elements{part_note(event.part)}; "
                     f"{event.reason}"
+                )
+            case Divided():
+                self.say(
+                    f"design {event.iteration}: the error of the mesh is {100 * event.share:.2g} %; elements that "
+                    f"contribute most are divided, which gives {event.elements}{part_note(event.part)}"
                 )
             case MeshKept():
                 self._note(

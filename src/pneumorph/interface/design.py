@@ -28,9 +28,9 @@ from pneumorph.analysis import (
     discretise,
     prepare_simulation,
 )
-from pneumorph.analysis.accuracy import MeshError, mesh_errors
+from pneumorph.analysis.accuracy import MeshError, errors_of, mesh_errors
 from pneumorph.analysis.insertion import Insertion, Insertions, find_insertions, further_chambers
-from pneumorph.analysis.near import Solved, analyse_near
+from pneumorph.analysis.near import Solved, analyse_near, stored_states
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
@@ -42,6 +42,7 @@ from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.report import LimitReading
 from pneumorph.mechanics import part_of
+from pneumorph.objective import build_objectives
 from pneumorph.problem import Problem
 from pneumorph.problem.designed import starting_at
 from pneumorph.results import ChamberUse, Fields, HistoryEntry, TaskResult
@@ -325,7 +326,7 @@ class Design:
         names = [block] if isinstance(block, str) else block
         own = self.pressures if task is None else {task: self.pressures[self._task(task)]}
         options = pressures or {}, names, one_by_one, moves, friction, volumes, stiffness, along, rate, cycles, hold
-        return prepare_simulation(self.problem, self.body, own, *options)
+        return prepare_simulation(self.problem, self.body, own, *options, stored=self.stored)
 
     def over_time(
         self,
@@ -600,7 +601,8 @@ class Design:
     def mesh_errors(self) -> dict[str, MeshError]:
         """How far the results of every task are from those on infinitely fine meshes.
 
-        See ``docs/how_to/accuracy.md``. Tasks are missing of which no state is found on the refined mesh.
+        Of a design of a run on its own mesh, where that is stored, else on a new one. See ``docs/how_to/accuracy.md``.
+        Tasks are missing of which no state is found on the refined mesh.
 
         Raises
         ------
@@ -614,8 +616,13 @@ class Design:
         >>> bool(error.missing[2] > 0.0), bool(error.corrected[2] > error.motion[2])  # mm: meshes are too stiff
         (True, True)
         """
+        problem = starting_at(self.problem, self.pressures)
+        if self.entry is not None and self.stored is not None:
+            states = stored_states(problem, self.stored, self.entry.tasks)
+            if states is not None:
+                return errors_of(problem, self.stored.mesh, build_objectives(problem), states)
         near = self._near
-        return mesh_errors(starting_at(self.problem, self.pressures), near.disc, near.analysis)
+        return mesh_errors(problem, near.disc, near.analysis)
 
     def tolerance(self, task: str | None = None, **tolerances: Any) -> ToleranceReport:
         """How far the motions of the tip scatter when the design is made, and what each tolerance contributes.

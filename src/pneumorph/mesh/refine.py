@@ -6,7 +6,6 @@ and any field of the coarser mesh is one of the finer mesh.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,6 +52,18 @@ class Refined:
     mids: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Parts of tetrahedra or triangles: the `owner` (n,) of each, its corners (n, k), and where they are in the owner.
+
+    `local` (n, k, k − 1) are coordinates of the owner.
+    """
+
+    owner: np.ndarray
+    corners: np.ndarray
+    local: np.ndarray
+
+
 def refine(mesh: TetMesh) -> Refined:
     """Divide every element into eight.
 
@@ -93,7 +104,11 @@ def refine(mesh: TetMesh) -> Refined:
             faces[name] = divided(images[own][:, TURNED[:3]])
     regions = {name: (8 * own[:, None] + np.arange(8)).ravel() for name, own in mesh.regions.items()}
     caps = {name: _caps(each, between) for name, each in mesh.caps.items()}
-    covers = {name: _covered(own, divided) for name, own in mesh.covers.items()}
+    covers = {}
+    for name, own in mesh.covers.items():
+        corners, owner = own.nodes[:, PARTS_OF_TRIANGLE].reshape(-1, 3), np.repeat(np.arange(len(own.nodes)), 4)
+        local = np.tile(NODES_OF_TRIANGLE[PARTS_OF_TRIANGLE], (len(own.nodes), 1, 1))
+        covers[name] = covered_parts(own, Parts(owner, corners, local), divided(corners))
     mids, at = np.unique(mesh.tets[:, 4:], return_index=True)
     ends = mesh.tets[:, TET_EDGES].reshape(-1, 2)[at]
     own = np.unique(mesh.tets[:, :4])
@@ -118,35 +133,32 @@ def _caps(caps: np.ndarray, between) -> np.ndarray:
     return np.concatenate([np.column_stack(half) for half in halves])
 
 
-def _covered(own: Covered, divided: Callable[[np.ndarray], np.ndarray]) -> Covered:
-    """Faces in four, each with the points of what of it is covered."""
+def covered_parts(own: Covered, parts: Parts, nodes: np.ndarray) -> Covered:
+    """Parts of faces, with the nodes (n, 6), each with the points of what of it is covered."""
     places, along = own.points[..., :2], own.points[..., 3:]
     # What is covered of a face is a triangle, with the points of the rule in it.
     edges = 2.0 * (places[:, 1:] - places[:, :1])
     first = places[:, 0] - edges.sum(axis=1) / 6.0
-    nodes, points = [], []
-    for corners in PARTS_OF_TRIANGLE:
-        origin, *ends = NODES_OF_TRIANGLE[corners]
-        # From coordinates of the whole to those of the part.
-        inward = np.linalg.inv(np.array(ends) - origin)
-        start, sides = (first - origin) @ inward, edges @ inward
-        within = _barycentric(np.stack([start, start + sides[:, 0], start + sides[:, 1]], axis=1)).swapaxes(1, 2)
-        pieces = [
-            (face, piece)
-            for face in np.flatnonzero((within.max(axis=2) > 0.0).all(axis=1))
-            for piece in triangles_of(clipped(within[face]))
-        ]
-        faces = np.array([face for face, _ in pieces], int)
-        piece = np.array([piece for _, piece in pieces]).reshape(-1, 3, 2)
-        across = piece[:, 1:] - piece[:, :1]
-        inner = piece[:, :1] + RULE @ across
-        weights = np.abs(np.linalg.det(across @ sides[faces]))[:, None, None] / 6.0
-        # Directions are linear between the points of the whole.
-        directions = (2.0 * _barycentric(inner) - 1.0 / 3.0) @ along[faces] @ inward
-        there = start[faces][:, None] + inner @ sides[faces]
-        nodes.append(divided(own.nodes[faces][:, corners]))
-        points.append(np.concatenate([there, np.broadcast_to(weights, (len(faces), 3, 1)), directions], axis=2))
-    return Covered(np.concatenate(nodes), np.concatenate(points))
+    origin = parts.local[:, :1]
+    # From coordinates of the whole to those of the part.
+    inward = np.linalg.inv(parts.local[:, 1:] - origin)
+    start, sides = (first[parts.owner, None] - origin) @ inward, edges[parts.owner] @ inward
+    within = _barycentric(np.concatenate([start, start + sides], axis=1)).swapaxes(1, 2)
+    pieces = [
+        (part, piece)
+        for part in np.flatnonzero((within.max(axis=2) > 0.0).all(axis=1))
+        for piece in triangles_of(clipped(within[part]))
+    ]
+    chosen = np.array([part for part, _ in pieces], int)
+    piece = np.array([piece for _, piece in pieces]).reshape(-1, 3, 2)
+    across = piece[:, 1:] - piece[:, :1]
+    inner = piece[:, :1] + RULE @ across
+    weights = np.abs(np.linalg.det(across @ sides[chosen]))[:, None, None] / 6.0
+    # Directions are linear between the points of the whole.
+    directions = (2.0 * _barycentric(inner) - 1.0 / 3.0) @ along[parts.owner[chosen]] @ inward[chosen]
+    there = start[chosen] + inner @ sides[chosen]
+    points = [there, np.broadcast_to(weights, (len(chosen), 3, 1)), directions]
+    return Covered(nodes[chosen], np.concatenate(points, axis=2))
 
 
 def _barycentric(local: np.ndarray) -> np.ndarray:

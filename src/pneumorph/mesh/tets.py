@@ -133,6 +133,9 @@ class TetMesh:
         What closes the ports of chambers, by their names as in `faces`, for volume and pressure alone: the nodes of
         six-node triangles whose edges are straight but for the one from the second to the third, whose mid-side node
         is the fourth. Normals point into the chamber.
+    halved : (M,) float or None
+        How often every element was halved in size after the body was meshed, see `bisect.py`: a third of how often it
+        was in volume. None if none was.
     """
 
     points: np.ndarray
@@ -141,6 +144,7 @@ class TetMesh:
     regions: dict[str, np.ndarray] = field(default_factory=dict)
     covers: dict[str, Covered] = field(default_factory=dict)
     caps: dict[str, np.ndarray] = field(default_factory=dict)
+    halved: np.ndarray | None = None
 
     def at(self, points: np.ndarray) -> TetMesh:
         """The same mesh with other node positions (N, 3) in mm."""

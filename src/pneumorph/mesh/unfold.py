@@ -131,7 +131,9 @@ def _unfolded(
         name: Covered(np.concatenate([image[own.nodes] for image in images]), np.tile(own.points, (len(images), 1, 1)))
         for name, own in mesh.covers.items()
     }
-    return Unfolded(TetMesh(_applied(turn, points[source]), tets, faces, regions, covers), source, turn, len(images))
+    halved = None if mesh.halved is None else np.tile(mesh.halved, len(images))
+    whole = TetMesh(_applied(turn, points[source]), tets, faces, regions, covers, halved=halved)
+    return Unfolded(whole, source, turn, len(images))
 
 
 def _applied(turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -61,6 +61,19 @@ class Remeshed:
 
 
 @dataclass(frozen=True)
+class Divided:
+    """Elements were divided where the error of the mesh came from, of which `share` is relative to the motion.
+
+    `elements` are those of the body, or of the `part` of it that is analysed.
+    """
+
+    iteration: int
+    share: float
+    elements: int
+    part: Part
+
+
+@dataclass(frozen=True)
 class MeshKept:
     """A poor mesh is kept, since no new one could be made; `reason` is a sentence."""
 

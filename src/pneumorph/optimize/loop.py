@@ -19,7 +19,6 @@ from pneumorph.analysis import (
     compute_sag,
     motion_rates,
     near_margins,
-    outgrown,
     quick_errors,
     thickenings,
 )
@@ -29,6 +28,7 @@ from pneumorph.optimize.acceptance import ACCEPTANCE_TESTS, PROPOSAL_TESTS, Atte
 from pneumorph.optimize.castings import renewed
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
+from pneumorph.optimize.finer import with_finer_mesh
 from pneumorph.optimize.iterate import Iterate, evaluate, with_errors
 from pneumorph.optimize.proposal import propose
 from pneumorph.optimize.radius import begin as first_region
@@ -94,9 +94,12 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
     """One iteration: steps are tried in smaller and smaller trust regions until one is accepted; the next iterate."""
     settings, clock, factorisations = setup.settings, Clock(), 0
     made = current.disc.factorisations
-    size = outgrown(setup.problem, current.disc, current.errors) if current.number else None
     current = renewed(setup, current, clock)
     factorisations += current.disc.factorisations - made
+    if current.number:
+        finer = yield from with_finer_mesh(setup, current, clock)
+        factorisations += finer.disc.factorisations if finer.disc is not current.disc else 0
+        current = finer
     region = first_region(settings.radius, current.learnt.radius)
     current = current.learning(
         curvature=current.learnt.curvature.with_design(current.analysis.phi, current.slopes.rest)
@@ -109,9 +112,7 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
         verdict = first_objection(PROPOSAL_TESTS, attempt)
         if verdict is None:
             region = region.after_trial()
-            trial = yield from analyse_trial(
-                setup, current.number + 1, current.design, proposal.within.phi, clock, size
-            )
+            trial = yield from analyse_trial(setup, current.number + 1, current.design, proposal.within.phi, clock)
             factorisations += trial.factorisations
             tried = Tried(setup, current, region, asked, proposal, clock, trial)
             verdict = first_objection(ACCEPTANCE_TESTS, tried)

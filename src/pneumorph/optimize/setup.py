@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pneumorph.analysis import Discretisation, build_discretisation
-from pneumorph.analysis.bodies import mesher_of
+from pneumorph.analysis.bodies import as_fine_like, mesher_of
 from pneumorph.geometry import Body
 from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.geometry.starting import space_of
 from pneumorph.limits.of_shape import ShapeLimits, build_limit_functions, limits_of
 from pneumorph.limits.report import LimitReport
 from pneumorph.mechanics import part_of
-from pneumorph.mesh import Mesher
+from pneumorph.mesh import Mesher, TetMesh
 from pneumorph.optimize.dfp import PaperStepper
 from pneumorph.optimize.optimality import optimality
 from pneumorph.optimize.settings import LoopSettings
@@ -58,10 +58,14 @@ class Setup:
         """The reference step Ξ₀, mm."""
         return self.problem.optimizer.step
 
-    def discretise(self, body: Body, finest: float, size: float | None = None) -> Discretisation:
-        """Mesh a body, with no elements below `finest` in mm, and build its model; `size` is not the usual one, mm."""
-        mesher = self.mesher if size is None else mesher_of(self.problem, part_of(self.problem), size)
-        return build_discretisation(self.problem, mesher.mesh(body, finest), body.control_points())
+    def discretise(self, body: Body, finest: float, like: TetMesh | None = None) -> Discretisation:
+        """Mesh a body, with elements of no size below `finest` in mm, and build its model.
+
+        Elements are divided where those of a mesh `like` it were.
+        """
+        P, mesher = body.control_points(), self.mesher
+        morph = as_fine_like(mesher.mesh(body, finest), P, like, mesher.heights)
+        return build_discretisation(self.problem, morph, P)
 
     def within(self, phi: np.ndarray, reach: float = np.inf) -> Within | LimitReport:
         """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`."""

@@ -16,6 +16,7 @@ from pneumorph.optimize.buckling import judge, unpack_at_rest
 from pneumorph.optimize.castings import begun_robust
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import BegunBeyond, BegunLower, BroughtWithin, Event
+from pneumorph.optimize.finer import with_finer_mesh
 from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate, unpack_learnt, with_errors
 from pneumorph.optimize.model import no_curvature
 from pneumorph.optimize.prospects import shortfalls, words
@@ -81,10 +82,11 @@ def begun_from(setup: Setup, state: Mapping[str, Any], clock: Clock) -> Generato
 
 
 def _begun(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generator[Event, None, Iterate]:
-    """The first iterate, with a word on states that are beyond their limits."""
+    """The first iterate, on a mesh as fine as is asked for, with a word on states that are beyond their limits."""
     learnt = Learnt(setup.stepper, no_curvature(setup.space.n), 1.0, ())
     begun = with_errors(setup, evaluate(setup, 0, design, learnt, clock))
-    if found := shortfalls(setup, design.disc, design.analysis, begun.states):
+    begun = yield from with_finer_mesh(setup, begun, clock)
+    if found := shortfalls(setup, begun.disc, begun.analysis, begun.states):
         yield BegunBeyond(tuple(words(setup, each) for each in found))
     return begun
 

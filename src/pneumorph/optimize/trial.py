@@ -68,7 +68,7 @@ class _Followed:
 
 
 def analyse_trial(
-    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock, size: float | None = None
+    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock
 ) -> Generator[Event, None, Trial]:
     """Analyse a design that is a step away from the current one.
 
@@ -79,10 +79,9 @@ def analyse_trial(
     now : the current design.
     phi : (n,) the new design.
     clock : counts the time.
-    size : mm, of the elements of a new mesh, where the design has outgrown the accuracy of its own.
     """
     problem, before, count = setup.problem, now.analysis.value, now.disc.factorisations
-    mesh = yield from _follow(setup, number, now, phi, clock, size)
+    mesh = yield from _follow(setup, number, now, phi, clock)
     if isinstance(mesh, MeshError):
         return Trial(now.disc, None, str(mesh), before, remeshed=True, factorisations=0)
     disc, lateral = mesh.disc, None
@@ -103,7 +102,7 @@ def analyse_trial(
 
 
 def _follow(
-    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock, size: float | None
+    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock
 ) -> Generator[Event, None, _Followed | MeshError]:
     """The mesh for a new design, with its predicted states; the error where there is none."""
     space, settings, disc, points = setup.space, setup.settings.trial, now.disc, setup.space.control_points(phi)
@@ -113,8 +112,6 @@ def _follow(
             # Mostly a few elements fold, which moving the nodes inside repairs; a new mesh starts from that too.
             disc = replace(disc, morph=relax(disc.morph, points))
             poor = needs_remesh(disc.morph, points)
-    if size is not None:
-        poor = "the error of the mesh is larger than asked for"
     with clock.phase("equilibrium"):
         starts = predict_states(space, disc, now.analysis, phi)
     if poor is None:
@@ -123,12 +120,9 @@ def _follow(
     with clock.phase("geometry"):
         # Any size of elements, where the mesh does not serve any more.
         sound = quality >= settings.sound
-        finest = min(settings.finer * setup.problem.mesh.size, disc.morph.size) if sound and size is None else 0.0
-        if setup.problem.mesh.error is not None:
-            # Meshes stay as fine as they have become.
-            size = size or min(disc.morph.size, setup.problem.mesh.size)
+        finest = min(settings.finer * setup.problem.mesh.size, disc.morph.size) if sound else 0.0
         try:
-            new = setup.discretise(space.body(phi), finest, size)
+            new = setup.discretise(space.body(phi), finest, disc.morph.at(points))
         except MeshError as error:
             if quality < settings.bearable:
                 return error

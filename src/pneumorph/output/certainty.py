@@ -15,6 +15,11 @@ from pneumorph.results import FineResult, MotionRates, SweepStep, TaskResult
 STIFFER = 0.01
 """The relative change of the moduli of which the effect is told: small, since the derivative is that at this state."""
 
+SMALL = 0.1
+"""Errors of the mesh up to this part of a value are so small that its estimate is worth adding."""
+NEARER = "which is most likely nearer to the truth"
+ROUGH = "which is rough, since the error is so large: make mesh.size smaller"
+
 LEAST = {"mm": 0.05, "°": 0.1, "N": 1e-3, "N·mm": 1e-2}
 """Motions of the tip and reactions below which they are not worth telling."""
 
@@ -33,13 +38,30 @@ def of_the_mesh(objective: ObjectiveTable, here: Result, fine: Result) -> Iterat
         # A pressure is what it is on every mesh.
         if not about and one.value == other.value:
             continue
-        yield f"{one.word} {one._replace(target=None).with_error(other)}: about {other} on a fine mesh"
+        small = abs(other.value - one.value) <= SMALL * abs(one.value)
+        yield (
+            f"{one.word} {one._replace(target=None).with_error(other)}: about {other} on a fine mesh, "
+            f"{NEARER if small else ROUGH}"
+        )
     if not about:
         place, turn = (
             float(np.linalg.norm(np.subtract(*pair)))
             for pair in ((fine.translation, here.translation), (fine.rotation, here.rotation))
         )
-        yield f"on a fine mesh the tip is about {place:.2g} mm and {np.degrees(turn):.2g}° from where it is here"
+        yield f"on a fine mesh the tip would be about {place:.2g} mm and {np.degrees(turn):.2g}° away from here"
+
+
+def of_the_asked(asked: float, share: float | None) -> str:
+    """Whether the error of the mesh is as small as was asked for; both are relative."""
+    told = f"the {100 * asked:.3g} % that mesh.error asks for"
+    if share is None:
+        return f"whether the error of the mesh is below {told} is not known"
+    if share <= asked:
+        return f"the error of the mesh is {100 * share:.2g} %, within {told}"
+    return (
+        f"the error of the mesh is {100 * share:.2g} %, more than {told}: it is looked at in every fifth "
+        "design; make more designs with --resume, or ask for a smaller error"
+    )
 
 
 def of_sums(here: FineResult | TaskResult, fine: FineResult) -> Iterator[str]:

@@ -400,7 +400,8 @@ class MeshSpec(Table):
     size: PositiveLength = 2.0
     """Desired edge length of the tetrahedra; with `error`, that of the first mesh."""
     error: PositiveShare | None = None
-    """Largest error of the mesh in the motion of the tip, as estimated: the edge length is chosen for it."""
+    """Largest error of the mesh in the motion of the tip, as estimated: the edge length is chosen for it, and elements
+    that contribute most are divided until it is met."""
     element: Literal["auto", "quadratic", "mixed"] = "auto"
     """Kind of the elements."""
 

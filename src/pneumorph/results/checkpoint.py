@@ -40,6 +40,8 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
             floats(state, name, len(mesh.points), 3)
     if "mesh_fresh" in state:
         check_elements(mesh.at(state["mesh_fresh"]))
+    if "mesh_halved" in state:
+        floats(state, "mesh_halved", len(mesh.tets))
     if "mesh_offset" in state:
         floats(state, "mesh_offset", len(starts) - 1, 3)
     for name in state:

@@ -97,6 +97,8 @@ class Fields:
         arrays |= {f"face {name}": triangles for name, triangles in self.mesh.faces.items()}
         arrays |= {f"region {name}": elements for name, elements in self.mesh.regions.items()}
         arrays |= pack_covers(self.mesh) | pack_caps(self.mesh)
+        if self.mesh.halved is not None:
+            arrays["halved"] = self.mesh.halved
         arrays |= {f"u {name}": u for name, u in self.u.items()}
         arrays |= {f"stretch {name}": stretch for name, stretch in self.stretch.items()}
         for name, each in self.inflation.items():
@@ -160,7 +162,8 @@ def unpack_mesh(arrays: Mapping[str, np.ndarray], points: str, tets: str) -> Tet
     covers = unpack_covers(arrays)
     if any(own.nodes.size and own.nodes.max() >= len(places) for own in covers.values()):
         raise ValueError("its covers have nodes that the mesh has not")
-    return TetMesh(places, corners, faces, parts, covers, unpack_caps(arrays, faces, len(places)))
+    halved = floats(arrays, "halved", len(corners)) if "halved" in arrays else None
+    return TetMesh(places, corners, faces, parts, covers, unpack_caps(arrays, faces, len(places)), halved)
 
 
 def check_elements(mesh: TetMesh) -> None:

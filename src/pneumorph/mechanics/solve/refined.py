@@ -81,8 +81,8 @@ def near_refined(
     except SingularMatrix:
         return None
     border = None if at.enclosed is None else border_at(at, tangent, state)
-    split = _Split(fine, at, state, there)
-    surplus = _surplus_of(split, there, start)
+    split = Split(fine, at, state, there)
+    surplus = surplus_of(split, there, start)
     if surplus is None:
         return None
     model = there.model
@@ -123,7 +123,7 @@ def _pressures(fine: Refined, at: Configuration, state: State) -> np.ndarray:
 
 
 def _with_pressures(
-    there: Configuration, border: Border, split: _Split, vector: np.ndarray, step: np.ndarray
+    there: Configuration, border: Border, split: Split, vector: np.ndarray, step: np.ndarray
 ) -> tuple[Configuration, np.ndarray]:
     """The pressures of enclosed chambers after a step at constant ones, and the step with their change.
 
@@ -137,7 +137,7 @@ def _with_pressures(
     return with_pressures(there, given, np.asarray(there.loads.pressure)[given.rows(model)] + change), step
 
 
-class _Split:
+class Split:
     """The unknowns of a refined mesh: those of the coarser one (`coarse` of them), s (m, 3) of new nodes, and q."""
 
     def __init__(self, fine: Refined, at: Configuration, state: State, there: Configuration):
@@ -177,7 +177,7 @@ class _Split:
 
 
 @dataclass(frozen=True, eq=False)
-class _Surplus:
+class Surplus:
     """Blocks of s and q: (αD)⁻¹ (m, 3, 3), B (k, 3m), C (k, k), and the diagonal of the Schur complement."""
 
     softness: np.ndarray
@@ -205,7 +205,7 @@ class _Surplus:
         return np.concatenate([s - self._yielding(B.T @ q), q])
 
 
-def _surplus_of(split: _Split, there: Configuration, state: State) -> _Surplus | None:
+def surplus_of(split: Split, there: Configuration, state: State) -> Surplus | None:
     """The blocks at a state; None where a new node alone would lower the potential."""
     model = there.model
     u, tied = displacement(model.tip, there.X, state), model.tip.tied
@@ -244,7 +244,7 @@ def _surplus_of(split: _Split, there: Configuration, state: State) -> _Surplus |
     compression, starts = C.matrix((count, count)), np.arange(len(D) + 1)
     yielding = coupling @ sparse.bsr_array((softness, starts[:-1], starts), (size, size)).tocsr()
     diagonal = compression.diagonal() + yielding.multiply(coupling).sum(axis=1)
-    return _Surplus(softness, sparse.csr_array(coupling), compression, diagonal)
+    return Surplus(softness, sparse.csr_array(coupling), compression, diagonal)
 
 
 class _Entries:

@@ -1,0 +1,279 @@
+"""Local refinement: some elements are bisected at all their edges, others as far as the mesh would not fit together.
+
+As in uniform refinement (`refine.py`), finer elements contain no more than a coarser one each: geometry, faces and
+fields of the coarser mesh are those of the finer one too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import sparse
+
+from pneumorph.mesh.morph import Morph, build_morph
+from pneumorph.mesh.refine import LOCAL, NODES_OF_TRIANGLE, Parts, Refined, covered_parts
+from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TURNED, Covered, TetMesh, is_cut, tet_shape
+from pneumorph.mesh.transfer import locate, quadrature_points
+
+ENOUGH = 0.85
+"""An element is divided where those at its place have been halved in size so much more often."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bisected(Refined):
+    """A mesh of which some elements are divided, and the element (M,) of the coarser one that each is part of."""
+
+    owner: np.ndarray
+
+
+def bisected(mesh: TetMesh, marked: np.ndarray) -> Bisected:
+    """Divide elements into eight, and others as far as it is needed.
+
+    An element whose longest edge is whole is divided there before any other of its edges is (Rivara 1984, International
+    Journal for Numerical Methods in Engineering 20, 745–756), so that shapes stay about as they were.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    marked : (m,) int
+        The elements of which every edge is divided.
+    """
+    edges = _edges(mesh, marked)
+    count = len(mesh.points)
+    parts = _divided(mesh.tets[:, :4], LOCAL[:4], TET_EDGES, edges)
+    ends = parts.corners[:, TET_EDGES]
+    keys = edges.key(ends[..., 0], ends[..., 1])
+    at = edges.place(keys)
+    fresh, first, which = np.unique(keys[at < 0], True, True)
+    mids = np.empty(keys.shape, int)
+    mids[at >= 0], mids[at < 0] = edges.middle[at[at >= 0]], count + which
+    part, edge = (each[first] for each in np.nonzero(at < 0))
+    weights = tet_shape(parts.local[part[:, None], TET_EDGES[edge]].mean(axis=1))
+    rows = np.repeat(np.arange(len(fresh)), 10)
+    new = sparse.csr_array((weights.ravel(), (rows, mesh.tets[parts.owner[part]].ravel())), (len(fresh), count))
+    new.eliminate_zeros()
+    P = sparse.csr_array(sparse.vstack([sparse.eye_array(count), new]))
+
+    def between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """The nodes in the middle of edges of the finer mesh."""
+        keys = edges.key(one, other)
+        at = edges.place(keys)
+        return np.where(at >= 0, edges.middle[at], count + np.searchsorted(fresh, keys))
+
+    def quadratic(corners: np.ndarray) -> np.ndarray:
+        """Six-node triangles with the given corners (n, 3)."""
+        ends = corners[:, TRIANGLE_EDGES]
+        return np.concatenate([corners, between(ends[..., 0], ends[..., 1])], axis=1)
+
+    def triangles(whole: np.ndarray) -> Parts:
+        return _divided(whole[:, :3], NODES_OF_TRIANGLE[:3], TRIANGLE_EDGES, edges)
+
+    faces = {name: quadratic(triangles(face).corners) for name, face in mesh.faces.items()}
+    images = np.arange(count)
+    nodes, sources = mesh.tied
+    images[sources] = nodes
+    for name in faces:
+        if is_cut(name) and name.endswith(" image"):
+            # In the order of the first cut, seen from the other side.
+            own = triangles(mesh.faces[name.removesuffix(" image")]).corners
+            faces[name] = quadratic(images[own][:, TURNED[:3]])
+    regions = {name: np.flatnonzero(np.isin(parts.owner, own)) for name, own in mesh.regions.items()}
+    covers = {}
+    for name, own in mesh.covers.items():
+        of = triangles(own.nodes)
+        covers[name] = covered_parts(own, of, quadratic(of.corners))
+    caps = {name: _caps(own, edges, between) for name, own in mesh.caps.items()}
+    tets = np.concatenate([parts.corners, mids], axis=1)
+    volumes = np.abs(np.linalg.det(parts.local[:, 1:] - parts.local[:, :1]))
+    before = 0.0 if mesh.halved is None else mesh.halved[parts.owner]
+    fine = TetMesh(P @ mesh.points, tets, faces, regions, covers, caps, before - np.log2(volumes) / 3.0)
+    split = np.flatnonzero(edges.rank >= 0)
+    linear = _linear(mesh, len(fine.points), edges.middle[split], edges.ends(split))
+    return Bisected(fine, P, linear, np.sort(edges.middle[split]), parts.owner)
+
+
+def divided_morph(
+    morph: Morph, P: np.ndarray, marked: np.ndarray, heights: Sequence[float] = ()
+) -> tuple[Morph, Bisected]:
+    """A morph some of whose elements are divided where they are for the control points P (n_points, 3).
+
+    New nodes of surfaces lie on the faces of the elements that are divided, and follow the surfaces with these.
+
+    Parameters
+    ----------
+    morph : Morph
+    P : mm.
+    marked : (m,) int
+        The elements that are divided, see `bisected`.
+    heights : see `build_morph`.
+
+    Returns
+    -------
+    the morph, and its mesh with how fields are carried over to it.
+    """
+    fine = bisected(morph.at(P), marked)
+    count, n_surface = morph.mesh.points.shape[0], morph.n_surface
+    new = fine.P[count:]
+    # What is between nodes of surfaces alone is on a surface.
+    on_surface = np.bincount(new.nonzero()[0], new.nonzero()[1] >= n_surface, new.shape[0]) == 0
+    outer = np.concatenate([np.arange(n_surface), count + np.flatnonzero(on_surface)])
+    order = np.concatenate([outer, np.arange(n_surface, count), count + np.flatnonzero(~on_surface)])
+    fine = _renumbered(fine, order)
+    carry = fine.P[: len(outer), :n_surface]
+    straight = fine.mesh.at(_straight(fine, morph.reference, order, count))
+    own = build_morph(straight, carry @ morph.B, carry @ morph.offset, P, morph.size, {}, heights)
+    shift = fine.mesh.points - own.mesh.points
+    shift[: own.n_surface] = 0.0
+    own = replace(own, shift=shift)
+    return replace(own, mesh=own.at(P)), fine
+
+
+def as_fine_as(morph: Morph, P: np.ndarray, mesh: TetMesh, heights: Sequence[float] = ()) -> Morph:
+    """A morph whose elements are divided as often as those at the same places of another mesh were.
+
+    Parameters
+    ----------
+    morph : Morph
+    P : (n_points, 3) mm
+        The control points at which both meshes are compared.
+    mesh : TetMesh
+        Of the same part of the body.
+    heights : see `build_morph`.
+    """
+    while mesh.halved is not None:
+        here = morph.at(P)
+        element, _ = locate(mesh, quadrature_points(here.tets, here.points))
+        wanted = mesh.halved[element].reshape(-1, len(here.tets)).mean(axis=0)
+        marked = np.flatnonzero(wanted >= ENOUGH + (0.0 if here.halved is None else here.halved))
+        if not len(marked):
+            break
+        morph, _ = divided_morph(morph, P, marked, heights)
+    return morph
+
+
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """The edges of a mesh by the keys of their ends, sorted; their middle nodes; which are divided, in which order.
+
+    The `rank` of those that stay whole is −1.
+    """
+
+    keys: np.ndarray
+    middle: np.ndarray
+    rank: np.ndarray
+    count: int
+
+    def key(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """The keys of edges by their ends."""
+        return np.minimum(one, other) * self.count + np.maximum(one, other)
+
+    def place(self, keys: np.ndarray) -> np.ndarray:
+        """Where edges are among these; −1 of others."""
+        at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
+        return np.where(self.keys[at] == keys, at, -1)
+
+    def ends(self, at: np.ndarray) -> np.ndarray:
+        """Both ends (n, 2) of edges."""
+        return np.column_stack(np.divmod(self.keys[at], self.count))
+
+
+def _edges(mesh: TetMesh, marked: np.ndarray) -> _Edges:
+    """The edges of a mesh, and which are divided so that all those of the marked elements are."""
+    count = len(mesh.points)
+    ends = np.sort(mesh.tets[:, :4][:, TET_EDGES], axis=-1)
+    keys, first, of = np.unique((ends[..., 0] * count + ends[..., 1]).ravel(), True, True)
+    of, middle = of.reshape(-1, 6), mesh.tets[:, 4:].ravel()[first]
+    one, other = np.divmod(keys, count)
+    edges = _Edges(keys, middle, np.full(len(keys), -1), count)
+    # In a sector, edges of the second cut are divided as those of the first are, whose images they are.
+    nodes, sources = mesh.tied
+    origin = np.arange(count)
+    origin[nodes] = sources
+    twin = edges.place(edges.key(origin[one], origin[other]))
+    own = np.arange(len(keys))
+    twin = np.where(twin >= 0, twin, own)
+    length = np.linalg.norm(mesh.points[one] - mesh.points[other], axis=1)
+    order = np.argsort(np.argsort(length, kind="stable"))
+    rank = np.argsort(np.lexsort((twin != own, order[twin])))
+    longest = of[np.arange(len(of)), rank[of].argmax(axis=1)]
+    split = np.zeros(len(keys), bool)
+    split[of[marked]] = True
+    while True:
+        split[longest[split[of].any(axis=1)]] = True
+        before = split.sum()
+        np.logical_or.at(split, twin, split.copy())
+        split |= split[twin]
+        if split.sum() == before and split[longest[split[of].any(axis=1)]].all():
+            break
+    return replace(edges, rank=np.where(split, rank, -1))
+
+
+def _divided(corners: np.ndarray, local: np.ndarray, pairs: np.ndarray, edges: _Edges) -> Parts:
+    """The parts of simplices with these corners (n, k), of which the longest edge is always divided first."""
+    owner, places = np.arange(len(corners)), np.repeat(local[None], len(corners), axis=0)
+    while True:
+        ends = corners[:, pairs]
+        at = edges.place(edges.key(ends[..., 0], ends[..., 1]))
+        rank = np.where(at >= 0, edges.rank[at], -1)
+        which = rank.argmax(axis=1)
+        todo = np.flatnonzero(rank[np.arange(len(rank)), which] >= 0)
+        if not len(todo):
+            order = np.argsort(owner, kind="stable")
+            return Parts(owner[order], corners[order], places[order])
+        (i, j), row = pairs[which[todo]].T, np.arange(len(todo))
+        halves = []
+        for end in (i, j):
+            half, at_half = corners[todo], places[todo]
+            half[row, end] = edges.middle[at[todo, which[todo]]]
+            at_half[row, end] = 0.5 * (places[todo, i] + places[todo, j])
+            halves.append((owner[todo], half, at_half))
+        rest = np.ones(len(owner), bool)
+        rest[todo] = False
+        kept = (owner[rest], corners[rest], places[rest])
+        owner, corners, places = (np.concatenate(each) for each in zip(kept, *halves, strict=True))
+
+
+def _linear(mesh: TetMesh, count: int, middle: np.ndarray, ends: np.ndarray) -> sparse.csr_array:
+    """See `Refined.linear`."""
+    own = np.unique(mesh.tets[:, :4])
+    entries = np.concatenate([np.ones(len(own)), np.full(2 * len(middle), 0.5)])
+    places = np.concatenate([own, np.repeat(middle, 2)]), np.concatenate([own, ends.ravel()])
+    return sparse.csr_array((entries, places), (count, len(mesh.points)))
+
+
+def _caps(caps: np.ndarray, edges: _Edges, between) -> np.ndarray:
+    """Divided where their curved edges are: nodes are a centre, both ends of the edge, and its middle."""
+    _, one, other, _ = caps.T
+    at = edges.place(edges.key(one, other))
+    halved = (at >= 0) & (edges.rank[at] >= 0)
+    whole, (c, a, b, m) = caps[~halved], caps[halved].T
+    return np.concatenate([whole, np.column_stack([c, a, m, between(a, m)]), np.column_stack([c, m, b, between(m, b)])])
+
+
+def _renumbered(fine: Bisected, order: np.ndarray) -> Bisected:
+    """With the nodes in another order (N,)."""
+    number = np.empty(len(order), int)
+    number[order] = np.arange(len(order))
+    mesh = fine.mesh
+    there = replace(
+        mesh,
+        points=mesh.points[order],
+        tets=number[mesh.tets],
+        faces={name: number[face] for name, face in mesh.faces.items()},
+        covers={name: Covered(number[own.nodes], own.points) for name, own in mesh.covers.items()},
+        caps={name: number[own] for name, own in mesh.caps.items()},
+    )
+    return Bisected(there, fine.P[order], fine.linear[order], number[fine.mids], fine.owner)
+
+
+def _straight(fine: Bisected, reference: np.ndarray, order: np.ndarray, count: int) -> np.ndarray:
+    """The places (N, 3) of nodes where edges are straight: those of the coarser mesh, and the middle of edges."""
+    places = np.zeros_like(fine.mesh.points)
+    old = order < count
+    places[old] = reference[order[old]]
+    ends = fine.mesh.tets[:, TET_EDGES]
+    new = ~old[fine.mesh.tets[:, 4:]]
+    places[fine.mesh.tets[:, 4:][new]] = places[ends[new]].mean(axis=1)
+    return places

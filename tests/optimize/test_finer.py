@@ -1,0 +1,130 @@
+"""Designs whose elements are divided until the error of the mesh is as small as asked for."""
+
+import numpy as np
+import pytest
+from texts import problem_text
+
+from pneumorph.analysis import (
+    analyse,
+    checkpoint,
+    divided,
+    is_estimated,
+    largest_share,
+    quick_errors,
+    to_divide,
+)
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mesh.refine import refine
+from pneumorph.optimize import DesignAccepted, Divided, design
+from pneumorph.optimize.buckling import judge
+from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.finer import with_finer_mesh
+from pneumorph.optimize.iterate import AnalysedDesign, Learnt, evaluate
+from pneumorph.optimize.model import no_curvature
+from pneumorph.optimize.setup import build_setup
+from pneumorph.problem import loads
+
+TASK = """
+[[task]]
+name = "move"
+pressure = { A = "40 kPa" }
+objective = { motion = "extension" }
+[mesh]
+size = "8 mm"
+element = "ELEMENT"
+error = "ERROR"
+[optimizer]
+iterations = 2
+"""
+
+
+class Coarse:
+    """A start on a mesh whose error is larger than is asked for."""
+
+    def __init__(self, element="quadratic", error="3 %"):
+        text = TASK.replace("ELEMENT", element).replace("ERROR", error)
+        self.problem = loads(problem_text(text, radius=10, body='symmetry = { mirror = ["xz", "yz"] }'))
+        self.setup = build_setup(self.problem)
+        self.phi = self.setup.space.start
+        self.disc = self.setup.discretise(self.setup.space.body(self.phi), 0.0)
+        self.analysis = analyse(self.problem, self.setup.space, self.disc, self.phi)
+        self.errors = quick_errors(self.problem, self.disc, self.analysis)
+        self.share = largest_share(self.problem, self.errors)
+
+    def iterate(self):
+        lateral = judge(self.disc, self.analysis, {})
+        now = AnalysedDesign(self.analysis, self.disc, self.setup.certify(self.phi), lateral)
+        learnt = Learnt(self.setup.stepper, no_curvature(self.setup.space.n), 1.0, (1.0,))
+        found = evaluate(self.setup, 5, now, learnt, Clock())
+        return found.__class__(**(vars(found) | {"errors": self.errors}))
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    return Coarse()
+
+
+@pytest.mark.parametrize(("element", "error"), [("quadratic", "3 %"), ("mixed", "1 %")])
+def test_the_elements_that_contribute_most_are_divided(element, error):
+    """Some of the elements are worth half of a uniform refinement."""
+    coarse = Coarse(element, error)
+    problem, disc, analysis = coarse.problem, coarse.disc, coarse.analysis
+    assert coarse.share > problem.mesh.error
+    marked = to_divide(problem, disc, analysis, coarse.errors)
+    assert 0 < len(marked) < 0.45 * disc.model.elements
+    new, states = divided(problem, disc, analysis, marked, ())
+    there = analyse(problem, coarse.setup.space, new, coarse.phi, states, most=6)
+    assert not isinstance(there, NoEquilibrium)
+    gained = there.equilibria["move"].plate[2] - analysis.equilibria["move"].plate[2]
+    of_all, all_states = divided(problem, disc, analysis, np.arange(disc.model.elements), ())
+    assert of_all.model.elements == len(refine(disc.morph.mesh).mesh.tets)
+    uniform = analyse(problem, coarse.setup.space, of_all, coarse.phi, all_states)
+    most = uniform.equilibria["move"].plate[2] - analysis.equilibria["move"].plate[2]
+    assert 0.4 * most < gained < most and new.model.elements < 0.65 * of_all.model.elements
+
+
+def test_nothing_is_divided_where_the_error_is_small_enough_or_unknown(coarse):
+    arguments = (coarse.disc, coarse.analysis)
+    assert not len(to_divide(coarse.problem, *arguments, {}))
+    assert not len(to_divide(coarse.problem.with_changes({"mesh.error": "50 %"}), *arguments, coarse.errors))
+    assert not len(to_divide(coarse.problem.with_changes({"mesh.error": False}), *arguments, coarse.errors))
+
+
+def test_a_design_that_has_outgrown_its_mesh_gets_smaller_elements(coarse):
+    """Every fifth design is looked at; its error is as asked for afterwards, and so it is after remeshing."""
+    problem, setup, current = coarse.problem, coarse.setup, coarse.iterate()
+    assert [is_estimated(problem, number) for number in (0, 4, 5)] == [True, False, True]
+    events = list(follow := Kept(with_finer_mesh(setup, current, Clock())))
+    finer = follow.value
+    assert events and all(isinstance(event, Divided) for event in events)
+    assert events[0].share == coarse.share and events[-1].elements == finer.disc.model.elements
+    assert largest_share(problem, finer.errors) <= 0.03
+    # What earlier designs gained stays.
+    (before, own) = finer.learnt.objectives
+    assert own == finer.analysis.value and own - before == pytest.approx(coarse.analysis.value - 1.0)
+    P = coarse.analysis.points
+    again = setup.discretise(setup.space.body(coarse.phi), 0.0, finer.disc.morph.at(P))
+    assert 0.6 < again.model.elements / finer.disc.model.elements < 1.6
+    arrays = checkpoint.pack(finer.analysis, finer.disc)
+    restored, analysis = checkpoint.unpack(problem, setup.space, arrays)
+    np.testing.assert_array_equal(restored.morph.mesh.halved, finer.disc.morph.mesh.halved)
+    assert analysis.value == pytest.approx(finer.analysis.value, rel=1e-5)
+
+
+def test_a_run_begins_with_the_error_that_is_asked_for(coarse):
+    events = list(design(coarse.problem))
+    accepted = [event for event in events if isinstance(event, DesignAccepted)]
+    assert isinstance(events[0], Divided) and len(accepted) == 3
+    assert accepted[0].entry.elements > coarse.disc.model.elements
+    finer, here = accepted[0].entry.finer["move"], accepted[0].entry.tasks["move"]
+    assert abs(finer.translation[2] / here.translation[2] - 1.0) <= 0.03
+
+
+class Kept:
+    """A generator whose value is kept."""
+
+    def __init__(self, of):
+        self._of, self.value = of, None
+
+    def __iter__(self):
+        self.value = yield from self._of
