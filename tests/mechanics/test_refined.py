@@ -115,8 +115,8 @@ def test_a_few_products_give_about_what_a_factorisation_gives(case, monkeypatch)
     step = case.there.model.state(-exact.precondition(residual_at(case.there, vector)))
     stretched, few = step.plate[2], case.near()[1].plate[2] - case.start.plate[2]
     assert few == pytest.approx(stretched, rel=0.5, abs=2e-3 * abs(case.start.plate[2]))
-    monkeypatch.setattr(refined, "PLAIN", 150)
-    monkeypatch.setattr(refined, "MIXED", 150)
+    for name, value in (("PLAIN", 150), ("MIXED", 150), ("PLAIN_LEFT", 0.0), ("MIXED_LEFT", 0.0)):
+        monkeypatch.setattr(refined, name, value)
     monkeypatch.setattr(refined, "CONTRACTING", np.inf)
     # What balances the last residual is of second order.
     monkeypatch.setattr(Split, "of_coarse", lambda self, c: np.zeros(self.coarse + self.free.size + len(self.inside)))

@@ -144,6 +144,7 @@ Event = (
     | BegunLower
     | BegunBeyond
     | Remeshed
+    | Divided
     | MeshKept
     | DesignRejected
     | DesignAccepted

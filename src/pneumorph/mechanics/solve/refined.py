@@ -32,8 +32,12 @@ from pneumorph.mechanics.solve.balance import apart, bulk_over_shear, free_share
 from pneumorph.mechanics.solve.border import Border, border_at, enclosed_in, missing_volumes, pushes, with_pressures
 from pneumorph.mesh.refine import Refined
 
-PLAIN, MIXED = 6, 9
-"""Products with the tangent: of plain elements, and of those with π."""
+PLAIN, MIXED = 20, 30
+"""Most products with the tangent: of plain elements, and of those with π."""
+
+PLAIN_LEFT, MIXED_LEFT = 0.1, 0.06
+"""The part of the residual, in the norm of the preconditioner, at which they end. With a third left, a motion to which
+parts of both signs contribute may be wrong in sign."""
 
 SOFTER = 0.5
 """α: where B takes a part of them, displacements are softer than their own blocks are."""
@@ -97,8 +101,10 @@ def near_refined(
         return np.concatenate([tangent.precondition(r[: split.coarse]), surplus.solved(r[split.coarse :])])
 
     before, definite = pulled(vector), not model.mixed and tangent.negative_pivots == 0
-    method, most = (conjugate_gradients, PLAIN) if definite else (minimal_residuals, MIXED)
-    solution = method(lambda x: split.forces(product(split.direction(x))), precondition, before, 0.0, most)
+    method, left, most = (
+        (conjugate_gradients, PLAIN_LEFT, PLAIN) if definite else (minimal_residuals, MIXED_LEFT, MIXED)
+    )
+    solution = method(lambda x: split.forces(product(split.direction(x))), precondition, before, left, most)
     step = model.vector(split.direction(solution.x))
     if border is not None:
         there, step = _with_pressures(there, border, split, vector, step)
