@@ -40,11 +40,13 @@ def fine_enough(setup: Setup, number: int, found: Solved, clock: Clock) -> Gener
     found : its mesh, its states, and their errors by the mesh.
     clock : counts the time.
     """
-    problem = setup.problem
-    for _ in range(ROUNDS if problem.mesh.error is not None else 0):
+    problem, asked = setup.problem, setup.problem.mesh.error
+    if asked is None:
+        return found
+    for _ in range(ROUNDS):
         disc, analysis, errors = found
         share = largest_share(problem, errors)
-        if share is None or share <= problem.mesh.error:
+        if share is None or share <= asked:
             break
         with clock.phase("equilibrium"):
             marked = to_divide(problem, disc, analysis, errors)
