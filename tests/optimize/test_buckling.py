@@ -58,7 +58,8 @@ def test_a_body_far_from_buckling_is_judged_once_in_several_designs(monkeypatch)
     monkeypatch.setattr(buckling, "lateral_stiffness", counted)
     events = list(design(loads(COLUMN.replace('"0.5 N/mm"', '"0 N/mm"').replace("= 5\n", "= 6\n"))))
     tried = len(accepted(events)) - 1 + sum(isinstance(event, DesignRejected) for event in events)
-    assert tried >= 6 and len(judged) == 1 + (tried - 1) // (1 + buckling.LATERAL.unjudged)
+    assert tried >= 6 and len(judged) <= 2 + tried // (1 + buckling.LATERAL.unjudged)
+    assert judged[-1].value == pytest.approx(accepted(events)[-1].entry.objective), "the last design is judged"
     finished = events[-1]
     assert isinstance(finished, Finished) and finished.stable == {"extend": True}
 

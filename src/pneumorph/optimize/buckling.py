@@ -1,9 +1,10 @@
 """Keep designs from buckling laterally where part of the body is solved, whose states know of no such motion.
 
 Designs are judged by their pivots against all motions of the whole body, which costs a factorisation for each kind of
-motion. Where a design would bear several times its loads, the next few are not factorised; the last design of a run
-always is (`analysis.check_stability`). Once a step would have buckled, all are, and the steps after it are told how
-stiff the body is (`mechanics.solve.lateral`) and how this changes.
+motion. Where a design would bear several times its loads, the next few are not factorised. The last design of a run
+is: before it is accepted where the number of designs ends the run (`trial`), else after (`analysis.check_stability`).
+Once a step would have buckled, all are, and the steps after it are told how stiff the body is
+(`mechanics.solve.lateral`) and how this changes.
 """
 
 from __future__ import annotations

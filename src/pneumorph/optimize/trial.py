@@ -13,7 +13,7 @@ from pneumorph.limits.kinds.states import MARGIN
 from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import needs_remesh, relax
 from pneumorph.mesh.quality import scaled_jacobian
-from pneumorph.optimize.buckling import LateralStability, judge_after
+from pneumorph.optimize.buckling import LateralStability, judge, judge_after
 from pneumorph.optimize.castings import carried
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import Event, MeshKept, Remeshed
@@ -90,7 +90,9 @@ def analyse_trial(
         if not isinstance(analysis, NoEquilibrium):
             if disc is not now.disc and analysis.value > before:
                 before = _value_on(setup, disc, now.analysis, analysis)
-            lateral = judge_after(disc, analysis, now.lateral)
+            # The last design of a run is judged before it is accepted.
+            last = number >= problem.optimizer.iterations
+            lateral = judge(disc, analysis, now.lateral.at_rest) if last else judge_after(disc, analysis, now.lateral)
     spent = disc.factorisations - (0 if mesh.remeshed else count)
     if isinstance(analysis, NoEquilibrium):
         return Trial(disc, None, analysis.reason, before, mesh.remeshed, spent, reached=reached)
