@@ -5,7 +5,9 @@ import re
 
 import pytest
 
+from pneumorph import load
 from pneumorph.interface.reach import range_of
+from pneumorph.problem.components import MOTIONS, is_turn
 
 
 def test_a_motion_and_one_that_is_out_of_reach(run, tiny, tmp_path):
@@ -42,6 +44,11 @@ def test_a_motion_and_one_that_is_out_of_reach(run, tiny, tmp_path):
         (("extension=2mm", "--bounds", "A=0:10:60kPa"), "A: "),
         (("extension=2mm", "--bounds", "A=nan:60kPa"), "A: "),
         (("=2mm",), "has no name"),
+        (("--position", "0 mm, 20 mm"), "position: "),
+        (("--position", "0, 0, 20"), "position: "),
+        (("--rotation", "0 mm, 0 mm, 0 mm"), "rotation: "),
+        (("extension=2mm", "--position", "0 mm, 0 mm, 20 mm"), "position: says where extension"),
+        (("--position", "0 mm, 0 mm, 20 mm", "--curve", "none.csv"), "--curve"),
         (("extension=nanmm",), "extension: "),
         (("extension=2mm", "--load", "gravity=0,0"), "load gravity: "),
         (("extension=2mm", "--task", "jump"), "jump"),
@@ -64,6 +71,16 @@ def test_a_mistake_is_one_line(run, tiny, arguments, words):
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1 and words in result.stderr
     assert "Traceback" not in result.output
+
+
+def test_a_pose_in_coordinates_is_the_motion_to_it(run, tiny):
+    length = load(tiny).body.length
+    still = [f"{name}=0{'deg' if is_turn(name) else 'mm'}" for name in MOTIONS if name != "extension"]
+    moved = run("reach", tiny, "extension=0.01mm", *still)
+    posed = run("reach", tiny, "--position", f"0 mm, 0 mm, {length + 0.01!r} mm", "--rotation", "0 deg, 0 deg, 0 deg")
+    assert "extension 0.01 mm (wanted 0.01 mm)" in posed.stdout
+    assert sorted(posed.stdout.splitlines()) == sorted(moved.stdout.splitlines())
+    assert posed.exit_code == moved.exit_code
 
 
 def test_bounds_may_have_a_unit_at_each_end():

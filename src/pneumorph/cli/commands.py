@@ -299,6 +299,17 @@ def reach(
             "with where this motion is blocked: push_extension=0.5N.",
         ),
     ] = None,
+    position: Annotated[
+        str | None,
+        typer.Option(
+            metavar="'X, Y, Z'",
+            help="Where the centre of the tip is to be, from that of the base: '0 mm, 20 mm, 70 mm'.",
+        ),
+    ] = None,
+    rotation: Annotated[
+        str | None,
+        typer.Option(metavar="'X, Y, Z'", help="The rotation vector of the tip there: '0 deg, 30 deg, 0 deg'."),
+    ] = None,
     bounds: Annotated[
         list[str] | None,
         typer.Option(
@@ -333,7 +344,10 @@ def reach(
     """Find the pressures with which the tip of a design moves or pushes as wanted; status 3 if it is out of reach."""
     from pneumorph.cli.reach import reach
 
-    if status := reach(source, motion or [], bounds or [], curve, csv, task, design, trust, load or [], block or []):
+    pose = position, rotation
+    if status := reach(
+        source, motion or [], bounds or [], curve, csv, task, design, trust, load or [], block or [], *pose
+    ):
         raise typer.Exit(status)
 
 

@@ -14,7 +14,7 @@ from pneumorph.analysis.reaching import PUSH
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ProblemError, writing
-from pneumorph.interface.reach import PressuresFound, motions_wanted, read_motions
+from pneumorph.interface.reach import PressuresFound, as_motions, motions_wanted, read_motions
 from pneumorph.problem.components import MOTIONS, is_turn
 
 MISSED = 3
@@ -32,6 +32,8 @@ def reach(
     trust: bool,
     load: Sequence[str] = (),
     block: Sequence[str] = (),
+    position: str | None = None,
+    rotation: str | None = None,
 ) -> int:
     """Print the pressures for a motion, or for every motion of a file; the exit status is 3 where one is out of reach.
 
@@ -54,6 +56,8 @@ def reach(
         In place of the task's.
     block : sequence of "motion" or "motion=value"
         Held motions of the plate.
+    position, rotation : str or None
+        A pose of the tip in coordinates, see `interface.reach.as_motions`.
 
     Raises
     ------
@@ -62,11 +66,14 @@ def reach(
     ComputationError
         If there is no stable equilibrium within the bounds, or the body cannot be meshed.
     """
-    if curve is not None and motions:
+    pose = {name: text for name, text in (("position", position), ("rotation", rotation)) if text is not None}
+    if curve is not None and (motions or pose):
         raise ProblemError("--curve: is given beside a motion; leave one of them out")
-    wanted = [motions_wanted(pairs(motions, "bending_y=30deg"))] if curve is None else read_motions(curve)
+    motion = pairs(motions, "bending_y=30deg")
+    wanted = read_motions(curve) if curve is not None else [] if pose else [motions_wanted(motion)]
     given, acting = pairs(bounds, "A=0:60kPa"), pairs(load, "force_x=-0.1N")
     design = design_of(source, number, asking(trust))
+    wanted = wanted or [motions_wanted(as_motions(motion | pose, design.problem))]
     if out is not None:
         with writing(f"--csv {out}"):
             out.parent.mkdir(parents=True, exist_ok=True)

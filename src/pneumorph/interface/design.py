@@ -37,7 +37,7 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.starting import body_of, space_of
 from pneumorph.interface.other_loads import under_loads
 from pneumorph.interface.over_time import OverTime, moments_of
-from pneumorph.interface.reach import PressuresFound, inverse, motions_wanted, pushed_motions
+from pneumorph.interface.reach import PressuresFound, as_motions, inverse, motions_wanted, pushed_motions
 from pneumorph.interface.sweep import Sweep
 from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.report import LimitReading
@@ -444,7 +444,9 @@ class Design:
         ----------
         motions : {motion: text with unit}
             Such as ``{"bending_y": "30 deg", "extension": "2 mm"}``. With "push_" before a motion, the force or moment
-            with which the tip pushes where this motion is held: ``{"push_extension": "0.5 N"}``.
+            with which the tip pushes where this motion is held: ``{"push_extension": "0.5 N"}``. Or a pose in
+            coordinates: where the centre of the tip is to be, from that of the base, and its rotation vector,
+            ``{"position": ("0 mm", "20 mm", "70 mm"), "rotation": ("0 deg", "30 deg", "0 deg")}``.
         bounds : {chamber: "0:60 kPa"}
             By default each chamber has at least 0 and at most the largest pressure of a task.
         task : str
@@ -469,7 +471,8 @@ class Design:
         >>> found.found.reached, 0.0 < found.pressures["A"] < 0.06  # MPa
         (True, True)
         """
-        [found] = self.pressures_along([motions_wanted(motions)], bounds, task, load, block)
+        wanted = motions_wanted(as_motions(motions, self.problem))
+        [found] = self.pressures_along([wanted], bounds, task, load, block)
         return found
 
     def pressures_along(

@@ -14,7 +14,7 @@ from pneumorph.analysis.explore import Explorer
 from pneumorph.analysis.reaching import PUSH, PUSHES, WANTED, Reached, Reaching
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.problem import Problem
-from pneumorph.problem.components import MOTION_OF, MOTIONS, is_turn
+from pneumorph.problem.components import COMPONENT_OF, MOTION_OF, MOTIONS, is_turn
 from pneumorph.problem.objectives.words import MOTION_WORDS
 from pneumorph.units import ANGLE, FORCE, LENGTH, MOMENT, PRESSURE, Kind, parse, split
 
@@ -146,6 +146,42 @@ def motions_wanted(given: Mapping[str, Any]) -> dict[str, float]:
         except ValueError as error:
             raise ProblemError(f"{key}: {error}") from None
     return wanted
+
+
+def as_motions(given: Mapping[str, Any], problem: Problem) -> dict[str, Any]:
+    """Motions and forces as `motions_wanted` reads them, with a pose in coordinates among them.
+
+    Parameters
+    ----------
+    given : {"position": "0 mm, 20 mm, 70 mm"} or three texts, {"rotation": "0 deg, 30 deg, 0 deg"}, and others
+        Where the centre of the tip is to be, from the centre of the base, and the rotation vector of the tip.
+    problem : of the design.
+
+    Raises
+    ------
+    ProblemError
+        If a pose has not three quantities, or one of its motions is given beside it.
+    """
+    base, tip = problem.body.ends
+    found = {name: text for name, text in given.items() if name not in ("position", "rotation")}
+    for key, names, kind, start, unit in (
+        ("position", MOTIONS[:3], LENGTH, tip - base, "mm"),
+        ("rotation", MOTIONS[3:], ANGLE, np.zeros(3), "rad"),
+    ):
+        if key not in given:
+            continue
+        parts = given[key].split(",") if isinstance(given[key], str) else list(given[key])
+        if len(parts) != 3:
+            example = "0 deg, 30 deg, 0 deg" if unit == "rad" else "0 mm, 20 mm, 70 mm"
+            raise ProblemError(f'{key}: "{given[key]}" has not three parts; write it as "{example}"')
+        for name, text, begin in zip(names, parts, start, strict=True):
+            if name in found or COMPONENT_OF.get(name) in found:
+                raise ProblemError(f"{key}: says where {name} is to be, which is given too; leave one of them out")
+            try:
+                found[name] = f"{float(parse(text, kind) - begin)!r} {unit}"
+            except ValueError as error:
+                raise ProblemError(f"{key}: {error}") from None
+    return found
 
 
 def _kind(name: str) -> Kind:
