@@ -31,7 +31,7 @@ def stored(tmp_path_factory):
 def stopping(number):
     """A function during which a signal arrives."""
 
-    def stopped(*_):
+    def stopped(*_, **__):
         arrive(number)
         stop_if_asked()
 
@@ -44,7 +44,7 @@ def test_a_design_says_what_is_saved(run, tiny, stored, tmp_path, monkeypatch, n
     result = run("design", tiny, "--out", tmp_path / "run")
     left = f"no design was finished; {tmp_path / 'run'} contains the problem only"
     assert (result.exit_code, result.stderr) == (status, f"pneumorph: stopped; {left}\n")
-    monkeypatch.setattr(design, "prepare_run", lambda *_: Run(stored))
+    monkeypatch.setattr(design, "prepare_run", lambda *_, **__: Run(stored))
     result = run("design", tiny, "--iterations", 5)
     command = f"pneumorph design {tiny} --out {stored.path} --iterations 5 --resume"
     left = f"designs 0 to 1 are saved in {stored.path}; resume with: {command}"
@@ -52,8 +52,8 @@ def test_a_design_says_what_is_saved(run, tiny, stored, tmp_path, monkeypatch, n
 
 
 def test_while_pictures_are_drawn_the_run_is_complete(run, tiny, stored, monkeypatch):
-    monkeypatch.setattr(design, "prepare_run", lambda *_: Run(stored))
-    monkeypatch.setattr(Run, "complete", lambda self, show: None)
+    monkeypatch.setattr(design, "prepare_run", lambda *_, **__: Run(stored))
+    monkeypatch.setattr(Run, "complete", lambda *_, **__: None)
     monkeypatch.setattr(design, "run_pictures", stopping(signal.SIGINT))
     result = run("design", tiny)
     left = f"the run in {stored.path} is complete; draw its pictures with: pneumorph draw {stored.path} all"

@@ -20,7 +20,7 @@ SOUND = "the file is sound after all"
 def no_mesh(monkeypatch):
     """A file that turns out to be sound is not simulated."""
 
-    def stop(*_):
+    def stop(*_, **__):
         raise ComputationError(SOUND)
 
     monkeypatch.setattr(simulate, "mesh_of", stop)

@@ -85,7 +85,7 @@ def test_a_stopped_run_goes_on_as_if_nothing_had_happened(three):
     for one, other in zip(again, designs[2:], strict=True):
         assert one.entry.objective == pytest.approx(other.entry.objective, rel=1e-6)
         # In mm; adjoints in the loop have six digits, and other factorisations are at hand.
-        assert np.abs(one.body.control_points() - other.body.control_points()).max() < 2e-5
+        assert np.abs(one.body.control_points() - other.body.control_points()).max() < 5e-5
 
 
 def test_no_design_begins_to_go_through_itself(three, monkeypatch):

@@ -29,7 +29,7 @@ from pneumorph.mechanics.solve.balance import (
 from pneumorph.mechanics.solve.border import with_pressures
 from pneumorph.mechanics.solve.descent import ROUGH, minimise
 from pneumorph.mechanics.solve.equilibrium import TOLERANCE, Equilibrium, NoEquilibrium, in_words, read_off, rest
-from pneumorph.mechanics.solve.filled import Filled, Search, fill, nearest_pressure, pressure_of
+from pneumorph.mechanics.solve.filled import FIRST, Filled, Search, fill, nearest_pressure, pressure_of
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
 from pneumorph.mechanics.solve.prediction import guess_after, predict_change
@@ -137,8 +137,9 @@ def _filled(at: Configuration, tangent: Tangent, start: State | Guess | None, to
         found = fill(begin, tangent, begin, state, tolerance, 1.0, search)
     if isinstance(found, str) and since is not None:
         begin, state = since
-        # The steps of a sweep are short; one that is not is divided.
-        found = fill(at, tangent, begin, state, tolerance, 1.0, search)
+        # The steps of a sweep are short; one that is not is divided. Chambers that are emptied may collapse in one.
+        whole = FIRST if _emptied(at) else 1.0
+        found = fill(at, tangent, begin, state, tolerance, whole, search)
     if isinstance(found, str):
         found = _from_rest(at, tangent, tolerance, search)
     if isinstance(found, str):
@@ -151,16 +152,23 @@ def _filled(at: Configuration, tangent: Tangent, start: State | Guess | None, to
 def _from_rest(at: Configuration, tangent: Tangent, tolerance: float, search: Search | None) -> Filled | str:
     """Fill chambers from rest, and load what is filled; where that leads nowhere, both at once.
 
-    A membrane hardly bears its loads before it is filled.
+    A membrane hardly bears its loads before it is filled. A chamber that is emptied collapses, and the loads decide in
+    which way.
     """
     assert at.enclosed is not None
     begin, state, last = replace(unloaded(at), enclosed=at.enclosed.part(0.0)), rest(at.model), ""
-    if np.any(at.loads.wrench) or np.any(at.loads.acceleration):
+    if not _emptied(at) and (np.any(at.loads.wrench) or np.any(at.loads.acceleration)):
         full = replace(unloaded(at), enclosed=at.enclosed)
         last = fill(full, tangent, begin, state, tolerance, search=search)
         if isinstance(last, Filled):
             last = fill(at, tangent, last.at, last.state, tolerance, 1.0, search)
     return last if isinstance(last, Filled) else fill(at, tangent, begin, state, tolerance, search=search)
+
+
+def _emptied(at: Configuration) -> bool:
+    """Whether a chamber has less than at rest."""
+    filled = at.enclosed
+    return filled is not None and bool(np.any(np.where(filled.gas, filled.filling, filled.added) < 0.0))
 
 
 def find_near(at: Configuration, tangent: Tangent, start: State | Guess, tolerance: float) -> tuple[State, float] | str:
