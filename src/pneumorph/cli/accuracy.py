@@ -14,7 +14,7 @@ from pneumorph.interface.design import MeshError
 from pneumorph.output.certainty import of_sums, of_the_mesh
 from pneumorph.problem import Problem
 
-ANEW = "the mesh of this design is not stored; its error is estimated on a new one, which differs a little"
+NEW_MESH = "the mesh of this design is not stored; its error is that of a new mesh, which differs a little"
 
 
 def accuracy(source: Path, number: int | None, trust: bool) -> None:
@@ -39,7 +39,7 @@ def accuracy(source: Path, number: int | None, trust: bool) -> None:
     design = design_of(source, number, asking(trust))
     console = Console()
     if design.entry is not None and design.stored is None:
-        console.print(Text(ANEW), soft_wrap=True)
+        console.print(Text(NEW_MESH), soft_wrap=True)
     for name, sentences in told(design.problem, design.mesh_errors()).items():
         for sentence in sentences:
             console.print(Text(f"{name}: {sentence}"), soft_wrap=True)

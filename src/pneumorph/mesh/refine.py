@@ -134,7 +134,7 @@ def _caps(caps: np.ndarray, between) -> np.ndarray:
 
 
 def covered_parts(own: Covered, parts: Parts, nodes: np.ndarray) -> Covered:
-    """Parts of faces, with the nodes (n, 6), each with the points of what of it is covered."""
+    """The points of what is covered on each part of the faces, whose nodes are (n, 6)."""
     places, along = own.points[..., :2], own.points[..., 3:]
     # What is covered of a face is a triangle, with the points of the rule in it.
     edges = 2.0 * (places[:, 1:] - places[:, :1])

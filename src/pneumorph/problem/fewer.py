@@ -70,7 +70,7 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
 
 
 def _filled(solid: SolidSpec, without: Collection[str]) -> dict[str, Any]:
-    """What of the table of a body from a file changes where some of its chambers are filled."""
+    """The keys that change in the table of a body from a file where some of its chambers are filled."""
     if opened := [each.name for each in solid.chamber if each.name in without and each.port is not None]:
         raise ProblemError(f"body.chamber: {opened[0]} opens through a port; fill it in CAD")
     centres = np.array([solid.parts.chambers[name].centre for name in without]) / solid.factor
