@@ -6,13 +6,23 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.tree_util import register_dataclass
 
-from pneumorph.mechanics.elements.element import TRIANGLE_VOLUME, cap_triangles, tet_works, triangle_volumes
-from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces
+from pneumorph.mechanics.elements import points
+from pneumorph.mechanics.elements.element import (
+    TET_DN,
+    TET_N,
+    TET_WEIGHT,
+    TRIANGLE_VOLUME,
+    cap_triangles,
+    tet_works,
+    triangle_volumes,
+)
+from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces, Pulled
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
 
 
@@ -46,6 +56,40 @@ class Weight(ElementEnergy):
         """
         none = Forces(*(np.zeros(each.shape) for each in (at.u, at.hydrostatic, at.plate, at.objects)))
         return lambda along: none
+
+    def pullback(
+        self, elements: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
+    ) -> Callable[[Forces], Pulled]:
+        """A function of w: derivatives of −∫ ρ₀ g·w by X (E, 10, 3), w and g; by u there are none.
+
+        The volumes of the points are computed once: a call for each w costs a few products of matrices.
+
+        Parameters
+        ----------
+        elements, at, loads, several, on_forces
+            As for `ElementEnergy.pullback`.
+        """
+        volumes, by_X = _volumes(elements, at)
+        body, none = float(self.density) * np.asarray(loads.acceleration), jax.tree.map(np.zeros_like, loads)
+        carried = volumes @ TET_N
+        own = -carried[:, :, None] * body
+
+        def pull(w: Forces) -> Pulled:
+            work = (w.u @ body) @ TET_N.T
+            gravity = -float(self.density) * (carried.ravel() @ w.u.reshape(-1, 3))
+            X = -(work[:, None, :] @ by_X).reshape(w.u.shape)
+            return Pulled(X, np.zeros(X.shape), own, none._replace(acceleration=gravity))
+
+        return pull
+
+
+def _volumes(elements: Connectivity, at: Local) -> tuple[np.ndarray, np.ndarray]:
+    """Volumes (E, 4) of the quadrature points of tetrahedra, mm³, and their derivatives (E, 4, 30) by X."""
+    count = len(at.X)
+    F, A, measure = np.empty((3, 3, 4, count)), np.empty((3, 3, 4, count)), np.empty((4, count))
+    points.strain(at.X, at.u, TET_DN, TET_WEIGHT, F, A, measure)
+    volumes = (measure * elements.weight).T
+    return volumes, (volumes[:, :, None, None] * (TET_DN @ A.transpose(3, 2, 0, 1))).reshape(count, 4, 30)
 
 
 @partial(register_dataclass, data_fields=[], meta_fields=[])

@@ -150,10 +150,8 @@ class Solid(ElementEnergy):
             X, u, own = np.empty(at.u.shape), np.zeros(at.u.shape), np.zeros(at.u.shape)
 
             def work(part: Linearised) -> None:
-                (chunk, here, along), (slope, dA, growth) = part, _room(elements)
-                points.straining(
-                    np.zeros((elements.chunk, 10, 3)), w.u[chunk], TET_DN, here.F, here.A, slope, dA, growth
-                )
+                (chunk, here, along), slope = part, np.empty((3, 3, 4, elements.chunk))
+                points.strain_along(w.u[chunk], TET_DN, here.A, slope)
                 dhydrostatic = _at_points(w.hydrostatic[chunk], elements.chunk)
                 stress, dilation, dstress, _ = along(slope, dhydrostatic)
                 integrand = np.einsum("ij...,ij...->...", stress, slope) + dilation * dhydrostatic
