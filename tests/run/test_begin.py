@@ -5,7 +5,7 @@ import pytest
 from texts import problem_text
 
 from pneumorph.errors import ProblemError
-from pneumorph.problem import loads
+from pneumorph.problem import Problem, loads
 from pneumorph.run import create, open_run
 from pneumorph.run.complete import complete
 
@@ -59,6 +59,32 @@ def test_a_run_goes_on_from_a_design_for_another_task(bent, tmp_path):
     assert np.degrees(last.tasks["bend"].rotation[1]) >= least * (1 - 1e-6)
     # It is a run like others, which is taken up again.
     assert open_run(run.path).result().completed
+
+
+@pytest.mark.slow
+def test_a_task_with_the_pressures_of_another_may_be_added(bent, tmp_path):
+    before = bent.history()[-1]
+    table = bent.problem.model_dump(mode="json", exclude_none=True)
+    press = {
+        "name": "press",
+        "pressures_of": "bend",
+        "hold": {"shift_x": "0 mm"},
+        "objective": {"kind": "blocked", "motion": "shift_x"},
+    }
+    more = Problem.model_validate(table | {"task": [*table["task"], press]})
+    run = create(tmp_path / "more", more, bent.path)
+    complete(run, lambda event: None)
+    first, *_, last = run.history()
+    assert first.tasks["bend"].rotation == pytest.approx(before.tasks["bend"].rotation, rel=1e-6)
+    assert first.tasks["press"].pressures == first.tasks["bend"].pressures
+    assert abs(first.tasks["press"].translation[0]) < 1e-9
+    assert last.objective < first.objective
+    assert open_run(run.path).resumable() is not None
+    # One with pressures of its own has others in every design.
+    own = press | {"pressure": {"A": "20 kPa"}}
+    del own["pressures_of"]
+    with pytest.raises(ProblemError, match="another problem"):
+        create(tmp_path / "own", Problem.model_validate(table | {"task": [*table["task"], own]}), bent.path)
 
 
 def test_what_it_cannot_begin_with_is_named(bent, tmp_path):

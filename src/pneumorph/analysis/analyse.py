@@ -194,7 +194,7 @@ def analyse(
     problem, space : with its tasks and variables.
     disc : a mesh of its body.
     phi : (n,) the design.
-    starts : states or guesses by task, from which the searches begin; by default from rest.
+    starts : states or guesses by task, from which the searches begin; from rest where there is none.
     near : an analysed design on the same mesh. With contact, where a start leads nowhere, the search goes on in steps
         from there: nodes move to the new design, and what touches stays apart on the way.
     tolerance : relative residual of the equilibria.
@@ -216,7 +216,7 @@ def analyse(
         under = acting(problem, task)
         loads = loads_of(problem, disc.model, pressures[task.name], task.poses, reinforcement, under)
         at = configure(disc.model, X, loads, guided_of(problem, under), enclosed_of(problem, task.volumes))
-        start = starts[task.name] if starts else None
+        start = starts.get(task.name) if starts else None
         since = None
         if near is not None and disc.model.contact is not None:
             since = near.configurations[task.name], near.equilibria[task.name].state

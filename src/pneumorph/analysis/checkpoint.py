@@ -102,7 +102,9 @@ def unpack(
         disc = build_discretisation(problem, morph, points)
         castings = _castings(problem, disc, arrays)
         disc = replace(disc, castings={task: tuple(own.values()) for task, own in castings.items()})
-        names = [*(task.name for task in problem.task), *(name for own in castings.values() for name in own)]
+        # Tasks with the pressures of others may be new.
+        known = [each.name for each in problem.task if each.pressures_of is None or f"state {each.name}" in arrays]
+        names = [*known, *(name for own in castings.values() for name in own)]
         starts = {name: disc.model.state(np.asarray(arrays[f"state {name}"])) for name in names}
     # It is a mesh, but not one of this problem.
     except (ArithmeticError, KeyError, RuntimeError, ValueError) as error:

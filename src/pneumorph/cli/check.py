@@ -22,7 +22,7 @@ from pneumorph.interface.runs import Run, open_run
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
-from pneumorph.optimize.prospects import shortfalls
+from pneumorph.optimize.prospects import backwards, shortfalls
 from pneumorph.optimize.setup import build_setup
 from pneumorph.optimize.start import begin_within
 from pneumorph.optimize.states import linear_states
@@ -83,7 +83,8 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
         motion = task.objective.achieved(results[task.name])
         pressures = format_pressures(at.analysis.pressures[task.name])
         say(f"task      {task.name}: {motion.word} {motion.beside_target} at {pressures}")
-        for sentence in warnings_of(rubbers_of(asked), results[task.name]):
+        own = results[task.name]
+        for sentence in (*backwards(asked, task, own), *warnings_of(rubbers_of(asked), own)):
             say(f"warning   {task.name}: {sentence}", "red")
     violated = 0
     for reading in readings:
@@ -207,7 +208,8 @@ def _numbers(at: AnalysedBody) -> list[str]:
         most = max(rubber.bulk_modulus / rubber.shear_modulus for rubber in model.rubbers.values())
         chosen = f" (bulk modulus {most:.3g} times the shear modulus)"
     # The space of tests has all pressures.
-    free = sum(each.free and each.same_as is None for task in problem.task for each in task.pressure.values())
+    own = [task for task in problem.task if task.pressures_of is None]
+    free = sum(each.free and each.same_as is None for task in own for each in task.pressure.values())
     data = f", {len(space.free_data)} for sheets and fibres" if space.free_data else ""
     return [
         f"variables {space.n_shape} for the shape, {free} for pressures{data}",

@@ -30,18 +30,24 @@ SPAN = 2.0
 class FreePressure:
     """A pressure that is designed along with the shape: its task, its chamber, and its scale in mm of Φ per MPa.
 
-    `shared` are the other chambers that have it.
+    `shared` are the other chambers that have it, and `others` other tasks with the pressures of this one.
     """
 
     task: str
     chamber: str
     scale: float
     shared: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
 
     @property
     def chambers(self) -> tuple[str, ...]:
         """All chambers that have it."""
         return (self.chamber, *self.shared)
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """All tasks in which they have it."""
+        return (self.task, *self.others)
 
 
 @dataclass(frozen=True)
@@ -130,7 +136,8 @@ class DesignSpace:
         """Pressure in MPa of every chamber in every task, fixed and free."""
         result = {task: dict(chambers) for task, chambers in self.fixed_pressures.items()}
         for free, value in zip(self.free_pressures, phi[self.n_shape : self._data.start], strict=True):
-            result[free.task] |= dict.fromkeys(free.chambers, float(value) / free.scale)
+            for task in free.tasks:
+                result[task] |= dict.fromkeys(free.chambers, float(value) / free.scale)
         return result
 
     def data(self, phi: Array) -> dict[str, dict[str, float]]:
@@ -169,7 +176,7 @@ class DesignSpace:
         """
         dp = dp or {}
         by_pressure = [
-            sum(dp.get(free.task, {}).get(chamber, 0.0) for chamber in free.chambers) / free.scale
+            sum(dp.get(task, {}).get(chamber, 0.0) for task in free.tasks for chamber in free.chambers) / free.scale
             for free in self.free_pressures
         ]
         by_datum = [0.0 if reinforcement is None else reinforcement[free.place] / free.scale for free in self.free_data]
@@ -214,10 +221,11 @@ def build_space(problem: Problem, body: Body, shape: ShapeVariables) -> DesignSp
             if not pressure.free:
                 fixed[task.name][chamber] = pressure.start
                 continue
-            if pressure.same_as is not None:
+            if pressure.same_as is not None or task.pressures_of is not None:
                 continue
             shared = tuple(name for name, other in task.pressure.items() if other.same_as == chamber)
-            pressures.append(FreePressure(task.name, chamber, _scale(pressure), shared))
+            others = tuple(other.name for other in problem.task if other.pressures_of == task.name)
+            pressures.append(FreePressure(task.name, chamber, _scale(pressure), shared, others))
             variables.append(pressure)
     names = {each.name: list(data_of(each)) for each in reinforcements(problem)}
     for name, own in designed(problem).items():

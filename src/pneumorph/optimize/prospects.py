@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,12 @@ from pneumorph.limits.limit import Limit
 from pneumorph.mechanics import rubbers_of
 from pneumorph.optimize.setup import Setup
 from pneumorph.optimize.states import StateLimits, limited
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, Task
+from pneumorph.problem.components import MOTIONS, is_turn
+from pneumorph.results import TaskResult
+
+SEEN = {"mm": 0.01, "rad": 2e-4}
+"""Motions of a start that are more than what is left of its symmetry by a mesh."""
 
 
 @dataclass(frozen=True)
@@ -146,3 +152,13 @@ def _remedy(problem: Problem, found: Shortfall) -> str:
         else "change the body"
     )
     return f"{kept}{milder}, or {stronger}"
+
+
+def backwards(problem: Problem, task: Task, start: TaskResult) -> Iterator[str]:
+    """A sentence for each motion of the start that goes the other way than its task asks."""
+    done: dict[str, float] = dict(zip(MOTIONS, (*start.translation, *start.rotation), strict=True))
+    for motion, asked in task.objective.asked_motions.items():
+        if done[motion] * asked.value < 0.0 and abs(done[motion]) > SEEN["rad" if is_turn(motion) else "mm"]:
+            helix = motion == "twist" and problem.solid is None and problem.tubes.ripple is not None
+            other = "body.ripple.lobes with the other sign" if helix else "another body to start from"
+            yield f"{motion} goes the other way at first, and designs have to turn it round; try {other}"

@@ -46,8 +46,9 @@ def _following(data: dict[str, Any], key: str, value: float, of: str) -> dict[st
 class Ripple(Table):
     """Sinusoidal variation of the starting radii along z; with lobes it winds around the axis as a helix.
 
-    Negative lobes wind the opposite way. A plain tube, with or without rings, is its own mirror image, so it does not
-    twist, and no small change of shape has a first-order effect on twist: start a twisting actuator from a helix.
+    Positive lobes are right-handed threads, negative ones left-handed. A plain tube, with or without rings, is its own
+    mirror image, so it does not twist, and no small change of shape has a first-order effect on twist: start a twisting
+    actuator from a helix. A slight one unwinds under pressure, so that negative lobes turn the tip counter-clockwise.
     """
 
     amplitude: PositiveLength

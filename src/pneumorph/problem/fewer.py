@@ -49,7 +49,8 @@ def with_fewer_chambers(problem: Problem, without: Collection[str], shared: Mapp
     if without and not set(names) - set(without):
         raise ProblemError(f"body.chamber: none is left without {', '.join(without)}; keep one")
     for task in table["task"]:
-        task["pressure"] = _pressures(task["pressure"], without, shared)
+        if "pressure" in task:
+            task["pressure"] = _pressures(task["pressure"], without, shared)
         if task.get("volume"):
             task["volume"] = {name: value for name, value in task["volume"].items() if name not in without}
     if not without:

@@ -72,6 +72,8 @@ def with_further_chamber(
             }
         )
         for task in table["task"]:
+            if "pressure" not in task:
+                continue
             given = f"{1e3 * min(max(pressures[task['name']], bounds[0]), bounds[1]):.6g} kPa"
             low, high = (f"{1e3 * bound:.6g} kPa" for bound in bounds)
             designed = any(isinstance(value, dict) and "start" in value for value in task["pressure"].values())

@@ -247,6 +247,8 @@ class Task(Table):
         Example('e.g. pressure = { A = "60 kPa" }, or pressure = {} if every chamber is filled or sealed'),
     ]
     """Gauge pressure of each chamber; 0 for a chamber without an entry, a volume or a gas."""
+    pressures_of: Name | None = None
+    """Another task, whose pressures this one has too, designed or not; `pressure` is left out then."""
     volume: (
         Annotated[dict[Name, Volume], Field(max_length=MOST_CHAMBERS), Example('e.g. volume = { A = "12 ml" }')] | None
     ) = None
@@ -283,6 +285,13 @@ class Task(Table):
     """The objective of the shape and the free pressures."""
     limits: TaskLimits | None = None
     """Limits on the states of this task, in place of those of the table [limits] with the same keys."""
+
+    @model_serializer(mode="wrap")
+    def _as_in_the_file(self, write: SerializerFunctionWrapHandler) -> Any:
+        written = write(self)
+        if self.pressures_of is not None:
+            written.pop("pressure", None)
+        return written
 
     @property
     def volumes(self) -> dict[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from pneumorph.problem.body import BodySpec
 from pneumorph.problem.contact import ACTIVATION, ContactSpec, ObstacleSpec
@@ -31,6 +31,22 @@ from pneumorph.problem.table import TAG, Example, Table
 def _kind_of_body(data: Any) -> str:
     of_file = isinstance(data, SolidSpec) or (isinstance(data, dict) and ("file" in data or "data" in data))
     return TAG + ("file" if of_file else "tube")
+
+
+def _with_pressures(given: Any) -> Any:
+    """Tasks, where one that has the pressures of another has them written out."""
+    if not isinstance(given, list | tuple):
+        return given
+    tables = [each for each in given if isinstance(each, dict) and {"name", "pressure"} <= each.keys()]
+    own = {each["name"]: each["pressure"] for each in tables if isinstance(each["name"], str)}
+
+    def whole(task: Any) -> Any:
+        if not isinstance(task, dict) or "pressure" in task or not isinstance(of := task.get("pressures_of"), str):
+            return task
+        # That there is no such task is said by `checks`.
+        return task | {"pressure": own.get(of, {})}
+
+    return tuple(map(whole, given))
 
 
 class Tables(Table):
@@ -62,7 +78,9 @@ class Tables(Table):
     """Contact of the body with itself; without it the body may self-intersect."""
     obstacle: tuple[ObstacleSpec, ...] = Field(default=(), max_length=MOST_OBSTACLES)
     """Rigid obstacles, each a table [[obstacle]]; tasks may move them."""
-    task: Annotated[tuple[Task, ...], Example("a table [[task]]")] = Field(min_length=1, max_length=MOST_TASKS)
+    task: Annotated[tuple[Task, ...], BeforeValidator(_with_pressures), Example("a table [[task]]")] = Field(
+        min_length=1, max_length=MOST_TASKS
+    )
     """Tasks, each a table [[task]]; all share the shape."""
     robust: RobustSpec | None = None
     """What varies from casting to casting, against which designs are robust; without it they are not."""

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from pneumorph.errors import ProblemError
 from pneumorph.proposals.candidates import Candidate
-from pneumorph.proposals.driven import OBJECTIVES, driven
+from pneumorph.proposals.driven import driven
 from pneumorph.proposals.proposal import Proposal
 from pneumorph.proposals.stage import Search, reached_in
 from pneumorph.proposals.target import Target
@@ -41,25 +42,27 @@ def designed_on(search: Search, proposals: Sequence[Proposal], part: int) -> lis
     able = [each for each in proposals if each.final and _does(each)]
     begun: dict[str, tuple[Proposal, Member]] = {}
     for wish in search.target.minimize if able else ():
-        if wish not in OBJECTIVES:
-            continue
         best = able[int(np.argmin([minimised(wish, _amounts(each, (wish,))[wish]) for each in able]))]
         assert best.run is not None and best.entry is not None, "it does its tasks"
-        problem = driven(open_run(best.run).problem, best.entry.tasks, wish)
+        word, reason = wish.removeprefix("-"), "a task asks for something else than motions, or hardly moves its tip"
+        try:
+            problem = driven(open_run(best.run).problem, best.entry.tasks, wish)
+        except ProblemError as error:
+            problem, reason = None, str(error)
         if problem is None:
-            search.said(f"{wish} is compared, and not designed for: a task asks for more than one motion")
+            search.said(f"{word} is compared, and not designed for: {reason}")
             continue
-        name = f"{best.candidate.name}-{wish}"
-        begun[name] = best, Member(name, {"objective": wish}, problem, str(best.run.absolute()))
+        name, words = f"{best.candidate.name}-{word}", ("much " if wish != word else "little ") + word
+        begun[name] = best, Member(name, {"objective": words}, problem, str(best.run.absolute()))
     ended = search.run({name: own for name, (_, own) in begun.items()}, part, last=True)
     found = []
     for name, (best, own) in begun.items():
         entry = search.standing(name, search.plan.designs) if name in ended else None
         if entry is None or not entry.iteration:
-            why = ended.get(name, "there was no time for it") or "no design has less with the same motions"
+            why = ended.get(name, "there was no time for it") or "no design is better with the same motions"
             search.said(f"{name}: {why}")
             continue
-        words = f"{best.candidate.words}, designed for little {own.changes['objective']}"
+        words = f"{best.candidate.words}, designed for {own.changes['objective']}"
         candidate = replace(best.candidate, name=name, words=words)
         found.append(Proposal(candidate, search.out / name, entry, True))
     return found

@@ -115,7 +115,7 @@ class Wish(Task):
 
     @model_validator(mode="after")
     def _only_what_is_known(self) -> Wish:
-        for key in ("pressure", "volume", "move", "turn"):
+        for key in ("pressure", "pressures_of", "volume", "move", "turn"):
             if getattr(self, key):
                 raise InvalidKey(
                     key, "is for a problem with a body; leave it out: a target has no chambers or obstacles"

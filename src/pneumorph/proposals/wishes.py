@@ -11,8 +11,9 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.output.front import undominated
 from pneumorph.problem import Problem
+from pneumorph.problem.components import MOTIONS
 from pneumorph.proposals.making import rubber_volume
-from pneumorph.results import HistoryEntry
+from pneumorph.results import HistoryEntry, TaskResult
 
 HEADINGS: Mapping[str, str] = {
     "mass": "mass (g)",
@@ -31,14 +32,14 @@ def amount(wish: str, problem: Problem, body: Body, entry: HistoryEntry) -> floa
     """An amount of a design, in the unit of `HEADINGS`; NaN where it has none.
 
     The mass is that of the rubber. Of the tasks the largest air, pressure or stretch counts, and the smallest force
-    with which the tip presses where it is kept from moving in the direction in which the task moves it.
+    with which the tip presses where it is kept from moving along x, y or z, whichever the task moves it along most.
 
     Parameters
     ----------
     wish : of `Target.minimize`.
     problem, body, entry : the design and its results.
     """
-    results = entry.tasks.values()
+    results = [entry.tasks[task.name] for task in problem.task]
     match wish:
         case "mass":
             return 1e6 * problem.material.density * rubber_volume(body)
@@ -73,12 +74,21 @@ def best_of(wishes: Sequence[str], found: Sequence[Mapping[str, float]]) -> tupl
     return undominated(values), wins
 
 
+def pushing(result: TaskResult) -> str | None:
+    """The motion along x, y or z that is the largest of a tip, as objectives name it; None where it hardly moves."""
+    number = int(np.argmax(np.abs(result.translation)))
+    if abs(result.translation[number]) < MOVES:
+        return None
+    return ("-" if result.translation[number] < 0.0 else "") + MOTIONS[number]
+
+
 def _blocked(problem: Problem, body: Body, entry: HistoryEntry, task: str) -> float:
     """The blocked force (N) of a task; NaN where its tip moves nowhere or no state is found."""
     result = entry.tasks[task]
-    if np.linalg.norm(result.translation) < MOVES:
+    motion = pushing(result)
+    if motion is None:
         return np.nan
-    along = ",".join(f"{part:.6g}" for part in result.translation)
+    along = motion.replace(motion.lstrip("-"), "xyz"[MOTIONS.index(motion.lstrip("-"))])
     curves: list[Curve] = []
     try:
         steps = list(prepare_simulation(problem, body, {task: result.pressures}, {}, along=along).run(curves))

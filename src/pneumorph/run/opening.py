@@ -58,12 +58,14 @@ def _beginning(path: Path, problem: Problem) -> tuple[int, Checkpoint]:
     other = open_run(path)
     if other.resumable() is None:
         raise ProblemError(f"{path}: has no finished design to begin with; name another run")
-    keys = [key for key in differences(other.problem, problem) if not _OF_TASKS.match(key)]
+    count = len(other.problem.task)
+    alike, more = problem.model_copy(update={"task": problem.task[:count]}), problem.task[count:]
+    keys = [key for key in differences(other.problem, alike) if not _OF_TASKS.match(key)]
     keys = [key for key in keys if not key.startswith("optimizer.")]
-    if keys or len(other.problem.task) != len(problem.task):
+    if keys or len(problem.task) < count or any(task.pressures_of is None for task in more):
         raise ProblemError(
             f"{path}: its designs are of another problem ({in_words(keys or ['task'])}); only what tasks ask for, "
-            "limits on motions and the optimizer may be others"
+            "limits on motions and the optimizer may be others, and tasks be added that have the pressures of another"
         )
     if part_of(other.problem) != part_of(problem):
         raise ProblemError(

@@ -101,8 +101,9 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
             "nothing says what the robot has to do with so little; give the task's least motions, as in "
             'limits = { at_least = { bending_y = "30 deg" } }',
         )
+    yield from _pressures_of_others(problem)
     for index, task in enumerate(problem.task):
-        for name in task.pressure:
+        for name in task.pressure if task.pressures_of is None else ():
             if name not in names:
                 yield (
                     f"task[{index}].pressure.{name}",
@@ -120,6 +121,22 @@ def _tasks(problem: Tables) -> Iterator[Fault]:
         )
         for key, reason in task.objective.inconsistencies(own):
             yield f"task[{index}].objective.{key}", reason
+
+
+def _pressures_of_others(problem: Tables) -> Iterator[Fault]:
+    """Tasks that have the pressures of another name one that has its own, and give none."""
+    own = {task.name: task.pressure for task in problem.task if task.pressures_of is None}
+    for index, task in enumerate(problem.task):
+        if task.pressures_of is None:
+            continue
+        if task.pressures_of not in own:
+            others = f"; those are {', '.join(own)}" if own else ""
+            yield f"task[{index}].pressures_of", f"names no task with pressures of its own{others}"
+        elif task.pressure != own[task.pressures_of]:
+            yield (
+                f"task[{index}].pressure",
+                f"is that of task {task.pressures_of} by pressures_of; leave one out",
+            )
 
 
 def _workspace(problem: Tables) -> Iterator[Fault]:
