@@ -14,7 +14,7 @@ import json
 import math
 import statistics
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,14 +40,13 @@ RUBBERS = ("Hei-Cast 8400", "Dragon Skin 30", "Smooth-Sil 950")
 WITHIN = 2.0
 """Degrees or millimetres."""
 
-LARGE = 3
-"""Candidates of the large search over those of the search that is tried."""
 
-
-def drawn(seed: int, index: int, lengths: tuple[float, float]) -> tuple[str, dict[str, Any], float]:
+def drawn(
+    seed: int, index: int, lengths: tuple[float, float], classes: Sequence[str]
+) -> tuple[str, dict[str, Any], float]:
     """The class of a target, its tables without tasks, and the share of the largest motion that it asks for."""
     rng = np.random.default_rng([seed, index])
-    name = list(CLASSES)[index % len(CLASSES)]
+    name = classes[index % len(classes)]
     rubber = RUBBERS[int(rng.integers(len(RUBBERS)))]
     length = rng.uniform(*lengths)
     radius = length * rng.uniform(0.18, 0.35)
@@ -91,7 +90,7 @@ def motions(found: Proposal | None) -> list[float] | None:
 
 def tried(index: int, asked: argparse.Namespace, plan: Plan, large: Plan) -> dict[str, Any]:
     """State a target and search bodies for it."""
-    name, content, share = drawn(asked.seed, index, tuple(asked.lengths))
+    name, content, share = drawn(asked.seed, index, tuple(asked.lengths), asked.classes)
     folder, start = asked.out / f"{index:03d}", time.monotonic()
     most = {"task": [{"name": each, "objective": {"motion": each}} for each in CLASSES[name]]}
     reached = motions(searched(content | most, folder / "large", large))
@@ -130,6 +129,14 @@ def table(rows: list[dict[str, Any]]) -> None:
         gap = f"{statistics.median(gaps):.2g} {'mm' if name in ('extend', 'lift') else '°'}" if gaps else "none"
         minutes = statistics.median(row["minutes"] for row in own)
         print(f"| {name} | {len(own)} | {sum(row['met'] for row in own)} | {gap} | {minutes:.1f} |")
+    print("\n| target | asked for | reached | minutes |")
+    print("|---|---|---|---|")
+    for row in rows:
+        if row["stated"] is not None:
+            unit = "mm" if row["class"] in ("extend", "lift") else "°"
+            reached = ["none"] if row["achieved"] is None else [f"{each:.3g} {unit}" for each in row["achieved"]]
+            told = ", ".join(f"{each:.3g} {unit}" for each in row["stated"])
+            print(f"| {row['class']} | {told} | {', '.join(reached)} | {row['minutes']:.1f} |")
     without = sum(row["stated"] is None for row in rows)
     if without:
         print(f"\n{without} of {len(rows)} have no target: the large search found nothing that moves as it should.")
@@ -142,13 +149,18 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--minutes", type=float, default=30.0, help="of each search that is tried")
     parser.add_argument("--candidates", type=int, default=24)
+    parser.add_argument(
+        "--large", type=float, default=3.0, help="candidates and minutes of the large search over those"
+    )
+    parser.add_argument("--classes", nargs="+", choices=list(CLASSES), default=list(CLASSES), help="in turn")
     parser.add_argument("--stages", type=int, nargs="+", default=[2, 6, 14])
     parser.add_argument("--designs", type=int, default=20)
     parser.add_argument("--lengths", type=float, nargs=2, default=[40.0, 100.0], help="of the space, mm")
     asked = parser.parse_args()
     asked.out.mkdir(parents=True, exist_ok=True)
     plan = Plan(asked.candidates, 1, asked.minutes, tuple(asked.stages), asked.designs)
-    large = Plan(LARGE * asked.candidates, 2, LARGE * asked.minutes, tuple(asked.stages), asked.designs)
+    most = round(asked.large * asked.candidates), asked.large * asked.minutes
+    large = Plan(most[0], 2, most[1], tuple(asked.stages), asked.designs)
     rows = []
     for index in range(asked.count):
         path = asked.out / f"{index:03d}.json"

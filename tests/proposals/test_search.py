@@ -6,7 +6,9 @@ import dataclasses
 import pytest
 from searches import FEW, TARGET, Runner
 
+from pneumorph.optimize.settings import LoopSettings
 from pneumorph.proposals import Plan, propose
+from pneumorph.proposals.candidates import draw_candidates
 from pneumorph.proposals.results import reaches, sheet_rows, write_table
 from pneumorph.proposals.stage import cut_short
 from pneumorph.run import open_run
@@ -95,6 +97,27 @@ def test_a_comparison_that_has_no_time_loses_nobody(tmp_path, monkeypatch):
     assert [each.final for each in found] == [True, True]
     assert not any("time" in each.lost for each in found)
     assert [open_run(tmp_path / each.candidate.name).latest() for each in found] == [1, 1]
+
+
+def test_each_candidate_may_take_its_share_of_the_time_that_is_left(tmp_path):
+    given = []
+
+    def failing(members, settings):
+        given.append((len(members), settings.seconds))
+        return (MemberEnd(name, False, "no equilibrium was found") for name in members)
+
+    propose(TARGET, tmp_path, Plan(candidates=6, minutes=30.0), failing, 1)
+    # A third of the time is for the first comparison. What a candidate leaves is for those after it.
+    assert [count for count, _ in given] == [2, 2, 2]
+    assert [seconds for _, seconds in given] == pytest.approx([600.0 / 6, 600.0 / 4, 600.0 / 2], abs=10.0)
+
+
+@pytest.mark.slow
+def test_a_run_ends_after_its_own_time(tmp_path):
+    problem = next(draw_candidates(TARGET, 1, 1)).posed.with_changes({"optimizer.iterations": 3})
+    end = run_member("one", problem, str(tmp_path / "one"), lambda *_: None, False, None, LoopSettings(seconds=0.0))
+    run = open_run(tmp_path / "one")
+    assert end.completed and cut_short(run) and len(run.history()) == 1
 
 
 def test_a_candidate_that_fails_is_lost_with_its_reason(tmp_path):

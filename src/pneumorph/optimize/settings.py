@@ -199,6 +199,8 @@ class LoopSettings:
     error of the mesh and what thicker walls do. On small meshes that takes as long as several designs."""
     until: float = math.inf
     """Time (s, of `time.time`) from which on no further design is begun."""
+    seconds: float = math.inf
+    """The same from the beginning of the run on, for members of a study."""
     castings: int = 5
     """Designs after which perturbed castings are chosen again, which costs their states once more and forgets the
     objective's curvature."""

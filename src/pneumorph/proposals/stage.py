@@ -70,7 +70,8 @@ class Search:
     def run(self, members: Mapping[str, Member], part: int, last: bool = False) -> dict[str, str]:
         """The reasons for which members failed, empty for those that did not; those without time are missing.
 
-        Those that have begun end with the design that they are at when their time is up.
+        Those that have begun end with the design that they are at when their time is up. Of what is left of it, each
+        may take its share: one whose states are hard to find does not keep others from being tried.
 
         Parameters
         ----------
@@ -79,10 +80,13 @@ class Search:
         last : whether they are those of the proposals.
         """
         ended: dict[str, str] = {}
-        waiting, settings = list(members.values()), LoopSettings(looked_at=last, until=self.clock.until(part))
+        waiting, until = list(members.values()), self.clock.until(part)
         for first in range(0, len(waiting), 2 * self.workers):
-            if self.clock.late(part):
+            left = until - time.time()
+            if left < 0.0:
                 break
+            share = left * min(1.0, self.workers / len(waiting[first:]))
+            settings = LoopSettings(looked_at=last, until=until, seconds=share)
             batch = waiting[first : first + 2 * self.workers]
             todo = {each.name: each for each in batch if not _done(self.out / each.name, each.problem)}
             ended |= {each.name: "" for each in batch if each.name not in todo}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import jax
@@ -75,8 +75,10 @@ def run_member(
         if isinstance(event, DesignAccepted):
             on_design(name, event.entry)
 
-    if settings is not None and time.time() > settings.until:
-        return MemberEnd(name, False, "there was no time for it")
+    if settings is not None:
+        if (now := time.time()) > settings.until:
+            return MemberEnd(name, False, "there was no time for it")
+        settings = replace(settings, until=min(settings.until, now + settings.seconds))
     run = resume(directory, problem, begin)
     try:
         outcome = complete(run, show, settings)
