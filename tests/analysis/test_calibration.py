@@ -79,9 +79,47 @@ def test_a_flat_curve_determines_nothing(body):
         calibrate(problem, start, problem.task[0], few, ("modulus", "wall"))
 
 
-def test_bodies_in_contact_are_refused(body):
-    problem, start = body
-    plane = '[[obstacle]]\nname = "floor"\nkind = "plane"\npoint = ["0 mm", "0 mm", "-1 mm"]\nnormal = [0, 0, 1]\n'
-    touching = loads(problem_text(TASK + plane, chambers=TWO_BESIDE, radius=10))
-    with pytest.raises(ProblemError, match="contact"):
-        calibrate(touching, start, problem.task[0], Curve(PRESSURES, "bending_y", PRESSURES[:, 0]), ("modulus",))
+BESIDE = {
+    "a sheet and fibres": """
+[[membrane]]
+name = "paper"
+stiffness = "0.8 N/mm"
+angles = ["-50 deg", "50 deg"]
+[[fibres]]
+name = "thread"
+stiffness = "1.5 N/mm"
+winding = "75 deg"
+""",
+    "an obstacle": """
+[[obstacle]]
+name = "wall"
+kind = "plane"
+point = ["10.3 mm", "0 mm", "0 mm"]
+normal = [-1, 0, 0]
+""",
+}
+
+
+@pytest.mark.parametrize("beside", BESIDE)
+def test_parameters_are_found_beside_what_else_bears_loads(beside):
+    problem = loads(problem_text(TASK + BESIDE[beside], chambers=TWO_BESIDE, radius=10))
+    problem = problem.with_changes({"mesh.size": "8 mm"})
+    start, few = starting_body(problem.tubes), PRESSURES[::2]
+    fit = _Fit.of(problem, start, problem.task[0], Curve(few, "bending_y", np.zeros(len(few))))
+    shown = fit.moved(fit.begun(), np.array([0.15, 0.0, 0.001])).values
+    found = calibrate(problem, start, problem.task[0], Curve(few, "bending_y", shown), ("modulus", "pressure"))
+    np.testing.assert_allclose(found.values, [15.0, 1.0], rtol=1e-3)
+
+
+def test_free_obstacles_are_refused(body):
+    ball = """
+[[obstacle]]
+name = "ball"
+kind = "sphere"
+center = ["0 mm", "0 mm", "40 mm"]
+radius = "5 mm"
+free = { mass = "1 g", spring = { z = "1 N/mm" } }
+"""
+    problem, start = loads(problem_text(TASK + ball, chambers=TWO_BESIDE, radius=10)), body[1]
+    with pytest.raises(ProblemError, match="obstacle ball: is free"):
+        calibrate(problem, start, problem.task[0], Curve(PRESSURES, "bending_y", PRESSURES[:, 0]), ("modulus",))

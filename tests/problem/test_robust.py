@@ -50,7 +50,7 @@ def test_nonsense_is_refused_by_its_key(table, key):
     "rest",
     [
         "[contact]\nself = true",
-        '[[fibres]]\nname = "thread"\nstiffness = "50 N/mm"\nwinding = "80 deg"',
+        '[[region]]\nname = "top"\nmaterial = { name = "Dragon Skin 30" }\nbeyond = "12 mm"',
         '[[obstacle]]\nname = "wall"\nkind = "plane"\npoint = ["30 mm", "0 mm", "0 mm"]\nnormal = [-1, 0, 0]',
     ],
 )

@@ -126,6 +126,6 @@ def margin_slopes(
             rows.append(np.zeros(space.n))
             continue
         by_X, by_pressure, by_reinforcement = margin_slope(own.at, Tangent(disc.model), ahead)
-        by_pressure = {chamber: own.per_pressure * by for chamber, by in by_pressure.items()}
+        by_pressure, by_reinforcement = own.by_design(by_pressure, by_reinforcement)
         rows.append(space.pullback(disc.morph.pullback(by_X), {task: by_pressure}, by_reinforcement))
     return np.array(values), np.array(rows).reshape(-1, space.n)

@@ -2,13 +2,14 @@
 
 States are solved at all measured pressures. With the derivatives of the measured motion at each (`motion_slopes`),
 Gauss–Newton steps lead to the parameters whose curve is nearest to the measured one. A factor s of all moduli is that
-of all loads divided by s.
+of all loads, and of the stiffness of sheets and fibres, divided by s (`as_cast`). So the motion changes by it by minus
+what all of these add to the motion.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,14 +17,15 @@ from scipy.stats import t as students
 
 from pneumorph.analysis.along import Curve, along, solved_along
 from pneumorph.analysis.surface_motions import offset
+from pneumorph.analysis.tolerances import LOADS, MODULUS, as_cast, pressure_of
 from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
-from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent, enclosed_of, predict, solve
+from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent, predict, solve
 from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
-from pneumorph.problem import Problem, Task, reinforcements
+from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
 from pneumorph.sensitivity import motion_slopes
 
@@ -91,12 +93,12 @@ def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Seq
     Raises
     ------
     ProblemError
-        If the body has contact, sheets, fibres or sealed chambers, whose forces do not scale with the rubber's.
+        If the body has free obstacles or friction, or chambers that are sealed or filled to a volume.
     ComputationError
         If a state is not found, or the parameters cannot be fitted.
     """
-    if problem.obstacle or problem.contact is not None or reinforcements(problem) or enclosed_of(problem, task.volumes):
-        raise ProblemError("calibrate: is for bodies without contact, sheets, fibres and sealed chambers")
+    if free := [each.name for each in problem.obstacle if each.free is not None]:
+        raise ProblemError(f"obstacle {free[0]}: is free; only bodies on fixed obstacles can be calibrated")
     with doing("calibrating"):
         fit = _Fit.of(problem, body, task, curve)
         return fitted(fit, names, fit.begun())
@@ -171,10 +173,10 @@ class _Fit:
 
     def configurations(self, parameters: np.ndarray) -> list[Configuration]:
         """All points with parameters in the units of the code."""
-        more, wall, pressure = parameters
-        X, softer = self.points[0].X + wall * self.morph.extend(self.thicker), 1.0 / (1.0 + more)
-        added = pressure * self.inflated
-        return [replace(at, X=X, loads=_scaled(at.loads, softer, added)) for at in self.points]
+        more, wall, pressure = map(float, parameters)
+        inflated = zip(self.points[0].model.chambers, self.inflated, strict=True)
+        changes = {MODULUS: more, **{pressure_of(name): pressure for name, some in inflated if some}}
+        return [as_cast(at, wall * self.morph.extend(self.thicker), changes) for at in self.points]
 
     @property
     def inflated(self) -> np.ndarray:
@@ -221,7 +223,7 @@ class _Solved:
             self.fit.tangent.move_to(at, state)
             slopes = motion_slopes(at, self.fit.tangent, state)
             by = [
-                float(sum(each[k] for each in slopes.moduli.values())),
+                -_by_all_loads(at, slopes.loads[k]),
                 float(np.sum(self.fit.morph.on_surface(slopes.X[k]) * self.fit.thicker)),
                 float(np.sum(np.asarray(slopes.loads[k].pressure)[self.fit.inflated])),
             ]
@@ -246,11 +248,9 @@ class _Solved:
         return slopes[:, [list(PARAMETERS).index(name) for name in names]]
 
 
-def _scaled(loads: Loads, factor: float, pressure: np.ndarray) -> Loads:
-    """Loads with pressures (C,) added in the chambers, and all of them times a factor."""
-    return loads._replace(
-        pressure=factor * (np.asarray(loads.pressure) + pressure),
-        acceleration=factor * np.asarray(loads.acceleration),
-        spring=factor * np.asarray(loads.spring),
-        wrench=factor * np.asarray(loads.wrench),
-    )
+def _by_all_loads(at: Configuration, by: Loads) -> float:
+    """What a motion changes by per relative change of all loads and of the stiffness of all sheets and fibres."""
+    parts = [float(np.sum(np.asarray(getattr(at.loads, part)) * getattr(by, part))) for part in ("pressure", *LOADS)]
+    sheets = [float(each.stiffness) for each in at.model.reinforcements.values()]
+    stiffness = np.array(sheets) + np.asarray(at.loads.reinforcement)[:, 0]
+    return sum(parts) + float(stiffness @ np.asarray(by.reinforcement)[:, 0])

@@ -43,14 +43,21 @@ class Casting:
 class TaskState(NamedTuple):
     """A state in a task, of the design or of a casting, with its linear solver and its objective.
 
-    `per_pressure` is the pressure of its configuration per pressure of the design, see `as_cast`.
+    `softer` are the loads of its configuration per load of the design, see `as_cast`.
     """
 
     at: Configuration
     tangent: Tangent
     equilibrium: Equilibrium
     value: float
-    per_pressure: float = 1.0
+    softer: float = 1.0
+
+    def by_design(
+        self, by_pressure: Mapping[str, float], by_reinforcement: np.ndarray
+    ) -> tuple[dict[str, float], np.ndarray]:
+        """Derivatives by pressures and data (R, 2) of sheets and fibres of the design, from those by its own."""
+        by_pressure = {chamber: self.softer * by for chamber, by in by_pressure.items()}
+        return by_pressure, by_reinforcement * [self.softer, 1.0]
 
 
 def casting_name(task: str, number: int) -> str:

@@ -57,7 +57,7 @@ def collect_castings(disc: Discretisation, analysis: Analysis) -> dict[str, Task
     results = {}
     for name, castings in analysis.castings.items():
         for number, off in enumerate(castings):
-            pressures = (np.asarray(off.at.loads.pressure) / off.per_pressure).tolist()
+            pressures = (np.asarray(off.at.loads.pressure) / off.softer).tolist()
             own = dict(zip(disc.model.chambers, pressures, strict=True))
             results[casting_name(name, number)] = _result(disc, name, off, own)
     return results

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
@@ -30,10 +29,10 @@ from pneumorph.analysis.tolerances import (
     moved_by,
     pressure_of,
     shape_causes,
+    stiffness_of,
 )
 from pneumorph.doing import doing
 from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent, predict, solve, sweep
-from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
 from pneumorph.mesh import Morph
 from pneumorph.objective import measure_features
 from pneumorph.results import Cause, Scatter
@@ -99,8 +98,8 @@ def one_deviation(whole: Solved, task: str, scatter: Scatter, motion: int) -> On
     """Solve the castings that are most likely to be off by one standard deviation of a motion, to see its curvature.
 
     Of all changes δ that move it by that much to first order, that with the smallest sum of (δ/σ)² has δ = σ² ∂m/∂δ
-    over the deviation. None where forces do not scale with the rubber's: with contact, sheets, fibres, gas or liquid,
-    or several rubbers.
+    over the deviation. None where forces do not scale with the rubber's: with contact, gas or liquid, or several
+    rubbers.
 
     Parameters
     ----------
@@ -151,9 +150,9 @@ def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.n
 
 
 def _scales(at: Configuration) -> bool:
-    """Whether all forces but the loads are those of one rubber."""
+    """Whether `as_cast` has castings of any modulus."""
     model = at.model
-    return not (model.contact is not None or model.reinforcements or at.enclosed or len(model.rubbers) > 1)
+    return not (model.contact is not None or at.enclosed or len(model.rubbers) > 1)
 
 
 def _solved(whole: Solved, task: str, moved: np.ndarray, changes: Mapping[str, float], motion: int) -> float | None:
@@ -191,8 +190,8 @@ def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -
             yield _cause(name, "%", tolerances.load, by)
     for number, (name, sheet) in enumerate(model.reinforcements.items()):
         by = np.array([loads.reinforcement[number, 0] for loads in by_load])
-        stiffness = float(cast(Membrane | Fibres, sheet).stiffness) + float(at.loads.reinforcement[number, 0])
-        yield _cause(f"stiffness of {name}", "%", tolerances.load, stiffness * by)
+        stiffness = float(sheet.stiffness) + float(at.loads.reinforcement[number, 0])
+        yield _cause(stiffness_of(name), "%", tolerances.load, stiffness * by)
 
 
 def _cause(name: str, unit: str, tolerance: float, by: np.ndarray) -> Cause:

@@ -165,8 +165,8 @@ def _gradient(space: DesignSpace, disc: Discretisation, name: str, state: TaskSt
         raise ComputationError(
             f"the objective of task {name} has no derivative here, like a root or a norm at zero; write it with squares"
         )
-    pressure = {chamber: state.per_pressure * by for chamber, by in derivatives.pressure.items()}
-    return space.pullback(disc.morph.pullback(derivatives.X), {name: pressure}, derivatives.reinforcement)
+    pressure, reinforcement = state.by_design(derivatives.pressure, derivatives.reinforcement)
+    return space.pullback(disc.morph.pullback(derivatives.X), {name: pressure}, reinforcement)
 
 
 def _jacobian(space: DesignSpace, disc: Discretisation, name: str, state: TaskState) -> tuple[np.ndarray, np.ndarray]:
@@ -177,6 +177,6 @@ def _jacobian(space: DesignSpace, disc: Discretisation, name: str, state: TaskSt
         rows, derivatives.X, derivatives.pressure, derivatives.reinforcement, strict=True
     ):
         if X.any() or pressure.any() or reinforcement.any():
-            by_chamber = dict(zip(disc.model.chambers, state.per_pressure * pressure, strict=True))
-            row[:] = space.pullback(disc.morph.pullback(X), {name: by_chamber}, reinforcement)
+            by_chamber, by_data = state.by_design(dict(zip(disc.model.chambers, pressure, strict=True)), reinforcement)
+            row[:] = space.pullback(disc.morph.pullback(X), {name: by_chamber}, by_data)
     return derivatives.residuals, rows

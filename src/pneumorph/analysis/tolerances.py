@@ -95,6 +95,11 @@ def history_of(rubber: str) -> str:
 MODULUS, HISTORY = modulus_of(RUBBER), history_of(RUBBER)
 
 
+def stiffness_of(reinforcement: str) -> str:
+    """What the cause is called that is the stiffness of a sheet or of fibres."""
+    return f"stiffness of {reinforcement}"
+
+
 def pressure_of(chamber: str) -> str:
     """What the cause is called that is the pressure of a chamber."""
     return f"pressure of {chamber}"
@@ -160,8 +165,9 @@ def moved_by(morph: Morph, X: np.ndarray, changes: Mapping[str, float]) -> np.nd
 def as_cast(at: Configuration, motion: np.ndarray | None, changes: Mapping[str, float]) -> Configuration:
     """A casting in which nodes have moved and causes have changed.
 
-    Rubber that is stiffer by a factor moves as the rubber itself does under all loads over that factor, where nothing
-    but the rubber bears them: without sheets, fibres, contact, gas and liquid.
+    Rubber that is stiffer by a factor moves as the rubber itself does under all loads over that factor, with sheets and
+    fibres whose stiffness is divided by it too. It is so to the stiffness of contact, of all rubbers together where there
+    are several, and not with gas and liquid.
 
     Parameters
     ----------
@@ -174,5 +180,10 @@ def as_cast(at: Configuration, motion: np.ndarray | None, changes: Mapping[str, 
     scaled = {
         part: softer * (1.0 + changes.get(name, 0.0)) * np.asarray(getattr(loads, part)) for part, name in LOADS.items()
     }
-    changed = loads._replace(pressure=softer * (np.asarray(loads.pressure) + more), **scaled)
+    reinforcement = np.array(loads.reinforcement, dtype=float)
+    for row, (name, each) in zip(reinforcement, at.model.reinforcements.items(), strict=True):
+        own = float(each.stiffness)
+        row[0] = softer * (1.0 + changes.get(stiffness_of(name), 0.0)) * (own + row[0]) - own
+    pressure = softer * (np.asarray(loads.pressure) + more)
+    changed = loads._replace(pressure=pressure, reinforcement=reinforcement, **scaled)
     return replace(at, X=at.X if motion is None else at.X + motion, loads=changed)

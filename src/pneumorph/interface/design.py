@@ -677,7 +677,7 @@ class Design:
         Raises
         ------
         ProblemError
-            If the file has no curve, or the body has contact, sheets, fibres or sealed chambers.
+            If the file has no curve, or the body has friction, free obstacles, or sealed or filled chambers.
         ComputationError
             If a state is not found, or the curve does not determine what is fitted.
 

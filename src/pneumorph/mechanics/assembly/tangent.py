@@ -163,9 +163,14 @@ class Tangent:
         return self._loan.lender if lent and self._loan is not None else self
 
     @property
+    def serves(self) -> Origin | None:
+        """What was factorised, here or where the factorisation was lent; None without one."""
+        return self._serving.origin
+
+    @property
     def ready(self) -> bool:
         """Whether there is a factorisation, of any state."""
-        return self._serving.origin is not None
+        return self.serves is not None
 
     @property
     def negative_pivots(self) -> int:

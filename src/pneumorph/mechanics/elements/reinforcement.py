@@ -63,6 +63,7 @@ class Reinforcement(ElementEnergy):
 
     of_cover: ClassVar[bool] = True
 
+    stiffness: Values
     number: Values
 
     def energies(self, local: Local, loads: Loads) -> Array:

@@ -177,7 +177,7 @@ def newton(at: Configuration, tangent: Tangent, start: Guess, tolerance: float) 
 
 def reduced_with(at: Configuration, tangent: Tangent, here: Iterate) -> Iterate:
     """The same unknowns, with the metrics eliminated by the tangent that is factorised now."""
-    model, origin = at.model, tangent.origin
+    model, origin = at.model, tangent.serves
     if not here.metrics or origin is None:
         return replace(here, reduced=here.residual)
     state = model.state(here.vector)
@@ -203,7 +203,7 @@ def metrics_along_step(at: Configuration, tangent: Tangent, here: Iterate, direc
     direction : (n,) array
         The step.
     """
-    model, origin = at.model, tangent.origin
+    model, origin = at.model, tangent.serves
     if not here.metrics or origin is None:
         return ()
     by = metrics_along_state(model, origin.at.X, origin.state, model.state(direction))

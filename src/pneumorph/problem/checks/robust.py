@@ -13,7 +13,6 @@ def check_robust(problem: Tables) -> Iterator[tuple[str, str]]:
         return
     beside = {
         "contact and obstacles": problem.contact is not None or problem.obstacle,
-        "sheets and fibres": problem.membrane or problem.fibres,
         "several rubbers": problem.region,
         "sealed or filled chambers": any(each.gas is not None for each in problem.body.chamber)
         or any(task.volumes for task in problem.task),
