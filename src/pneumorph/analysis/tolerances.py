@@ -166,8 +166,8 @@ def as_cast(at: Configuration, motion: np.ndarray | None, changes: Mapping[str, 
     """A casting in which nodes have moved and causes have changed.
 
     Rubber that is stiffer by a factor moves as the rubber itself does under all loads over that factor, with sheets and
-    fibres whose stiffness is divided by it too. It is so to the stiffness of contact, of all rubbers together where there
-    are several, and not with gas and liquid.
+    fibres whose stiffness is divided by it too. Several rubbers are stiffer by the same factor, and contact is too,
+    which hardly matters; with sealed gas or filled liquid it is not so.
 
     Parameters
     ----------
