@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+
+import numpy as np
 
 from pneumorph.optimize.iterate import Iterate
 from pneumorph.optimize.setup import Setup
@@ -87,7 +89,24 @@ def conclusion(setup: Setup, last: Iterate, reason: str, is_stable: Mapping[str,
     if last.states.violated:
         worst = int(last.states.value.argmax())
         reason += f"; it is {100 * last.states.worst():.1f} % beyond limits.{last.states.limits[worst].name}"
+    if not reached(setup, last):
+        reason += "".join(map(_without_pressure, _at_rest(setup, last)))
     for name, equilibrium in last.analysis.equilibria.items():
         if equilibrium.stable and not is_stable[name]:
             reason += f"; the state of task {name} is stable only against symmetric motions: the body buckles laterally"
     return reason
+
+
+def _at_rest(setup: Setup, last: Iterate) -> Iterator[str]:
+    """The tasks whose pressures are designed and have all ended at 0, where the shape has no influence."""
+    for task in setup.problem.task:
+        pressures = np.asarray(last.analysis.configurations[task.name].loads.pressure)
+        if any(pressure.free for pressure in task.pressure.values()) and not np.any(pressures):
+            yield task.name
+
+
+def _without_pressure(task: str) -> str:
+    return (
+        f"; the pressures of task {task} have ended at 0 kPa, where no shape moves the body: if it starts the other "
+        "way, ask for that or turn it round, or set a min above 0 kPa"
+    )
