@@ -23,7 +23,7 @@ WORST = 0.02
 def stored(problem, space, disc, phi):
     """The state of a design as the loop stores it, at rest: what is checked does not depend on the equilibrium."""
     found = {task.name: SimpleNamespace(state=rest(disc.model)) for task in problem.task}
-    state = checkpoint.pack(SimpleNamespace(phi=phi, equilibria=found), disc)
+    state = checkpoint.pack(SimpleNamespace(phi=phi, equilibria=found, limit_points={}), disc)
     return state | {"values": [0.0], "radius": 1.0, "iteration": 3}
 
 

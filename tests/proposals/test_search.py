@@ -78,9 +78,11 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
     assert {each.lost for each in found} == {"there was no time for it", "there was no time for the finer mesh"}
     monkeypatch.undo()
     again = Runner(tmp_path)
-    propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=60.0, stages=(2,), designs=1), again, 1)
+    # The same plan, with more time: what was cut short goes on.
+    propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=60.0, stages=(5,), designs=1), again, 1)
     assert set(names) < set(again.names)
-    assert all(open_run(tmp_path / name).history()[-1].iteration == 2 for name in names)
+    assert all(open_run(tmp_path / name).history()[-1].iteration > 1 for name in names)
+    assert not any(cut_short(open_run(tmp_path / name)) for name in names)
 
 
 @pytest.mark.slow

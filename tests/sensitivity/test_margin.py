@@ -9,13 +9,13 @@ from designing import analysed
 from texts import problem_text
 from tiny import tiny
 
-from pneumorph.analysis import analyse, margin_slopes, margins, near_margins
+from pneumorph.analysis import analyse, ballooning, checkpoint, margin_slopes, margins, near_margins
 from pneumorph.mechanics import TOLERANCE, Equilibrium, Tangent, follow, solve
 from pneumorph.optimize.states import linear_states, worst_state
 from pneumorph.problem import Problem, loads
 from pneumorph.sensitivity import margin as module
 from pneumorph.sensitivity import taylor_test
-from pneumorph.sensitivity.margin import BEYOND
+from pneumorph.sensitivity.margin import BEYOND, find_margin
 
 PRESSURE = '{ A = { start = "60 kPa", min = "0 kPa", max = "100 kPa" } }'
 
@@ -63,6 +63,54 @@ def test_a_path_that_cannot_be_followed_is_not_taken_for_one_without_a_limit_poi
     assert [limit.name for limit in states.unknown] == ["margin"]
     assert states.values()["margin"] is None and not states.violated
     assert worst_state(asked, disc, found)[0] <= 0.0
+
+
+def two(second: str, **changes) -> Problem:
+    """The soft tube with a second task."""
+    table = soft("0.25 MPa").model_dump(mode="json", exclude_none=True)
+    more = table["task"][0] | {"name": "more", "pressure": {"A": second}} | changes
+    return Problem.model_validate(table | {"task": [*table["task"], more]})
+
+
+def counted(monkeypatch):
+    calls = []
+    monkeypatch.setattr(ballooning, "find_margin", lambda *given: calls.append(1) or find_margin(*given))
+    return calls
+
+
+def test_tasks_at_pressures_in_the_same_ratio_share_their_path(monkeypatch):
+    calls, asked = counted(monkeypatch), two("50 kPa")
+    space, disc, found = analysed(asked)
+    values, slopes = margin_slopes(space, disc, found, 2.0)
+    assert len(calls) == 1
+    assert values[1] == pytest.approx(1.2 * values[0])
+    # Each for itself gives the same.
+    alone = analyse(asked, space, disc, space.start, tolerance=TOLERANCE)
+    own = find_margin(alone.configurations["more"], Tangent(disc.model), alone.equilibria["more"], 2.0)
+    assert own.load == pytest.approx(values[1], rel=1e-4)
+    by_shape = slopes[:, : space.n_shape]
+    np.testing.assert_allclose(by_shape[1], 1.2 * by_shape[0], rtol=1e-6, atol=1e-9)
+
+
+def test_tasks_under_other_loads_do_not(monkeypatch):
+    calls = counted(monkeypatch)
+    _, disc, found = analysed(two("60 kPa", force=["0 N", "0 N", "0.3 N"]))
+    first, second = margins(disc, found, 2.0).values()
+    assert len(calls) == 2 and first != second
+
+
+def test_limit_points_are_stored_with_a_design(monkeypatch):
+    asked = two("50 kPa")
+    space, disc, found = analysed(asked)
+    values, slopes = margin_slopes(space, disc, found, 2.0)
+    arrays = checkpoint.pack(found, disc)
+    calls = counted(monkeypatch)
+    again, restored = checkpoint.unpack(asked, space, arrays)
+    assert margins(again, restored, 2.0) == pytest.approx(dict(zip(("extend", "more"), values, strict=True)))
+    back, of_back = margin_slopes(space, again, restored, 2.0)
+    assert not calls
+    np.testing.assert_allclose(back, values)
+    np.testing.assert_allclose(of_back, slopes, rtol=1e-6, atol=1e-9 * np.abs(slopes).max())
 
 
 COARSE, VOLUME = 'control_density = "0.3 /mm"', 'volume = { B = "0.1 ml" }\n'

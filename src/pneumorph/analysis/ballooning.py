@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from pneumorph.analysis.analyse import Analysis, Discretisation
 from pneumorph.analysis.castings import TaskState, casting_name
 from pneumorph.doing import doing
 from pneumorph.geometry import DesignSpace
-from pneumorph.mechanics import Tangent, limit_ahead
+from pneumorph.mechanics import Configuration, Tangent, limit_ahead
 from pneumorph.mechanics.solve.border import given_pressures
 from pneumorph.sensitivity import BEYOND, Margin, find_margin, margin_slope
 
@@ -47,7 +47,8 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
     analysis : of the design, which keeps what was found.
     bound : of the margin.
     """
-    for name, (_, own) in _states(disc, analysis).items():
+    states = _states(disc, analysis)
+    for name, (_, own) in states.items():
         if name in analysis.limit_points:
             continue
         with doing(f"looking for ballooning in task {name}"):
@@ -56,10 +57,38 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
             estimate = limit_ahead(own.at, own.tangent, own.equilibrium.state) if inflated else math.inf
             ahead = Margin(BEYOND * bound, None)
             if estimate < NEAR * bound:
+                others = ((states[each][1].at, found) for each, found in analysis.limit_points.items())
                 # With another solver: those of the tasks keep the factorisations from which the next design starts.
-                ahead = find_margin(own.at, Tangent(disc.model), own.equilibrium, bound)
+                ahead = _on_the_path_of(own.at, others, bound) or find_margin(
+                    own.at, Tangent(disc.model), own.equilibrium, bound
+                )
             analysis.limit_points[name] = replace(ahead, estimate=estimate)
     return analysis.limit_points
+
+
+def _on_the_path_of(at: Configuration, others: Iterable[tuple[Configuration, Margin]], bound: float) -> Margin | None:
+    """The limit point ahead where the path of another state is the same: its pressures are in the same ratio."""
+    for there, ahead in others:
+        ratio = _ratio(at, there)
+        if ratio is None or not ahead.known:
+            continue
+        if ahead.state is not None and ratio * ahead.load > 1.0:
+            return replace(ahead, load=ratio * ahead.load)
+        if ahead.state is None and ratio * ahead.load >= BEYOND * bound:
+            return Margin(BEYOND * bound, None)
+    return None
+
+
+def _ratio(at: Configuration, other: Configuration) -> float | None:
+    """The pressures of another configuration over those of one, if nothing else differs."""
+    if at.enclosed is not None or other.enclosed is not None or not np.array_equal(at.blocked, other.blocked):
+        return None
+    alike = [at.X, *at.loads._replace(pressure=0.0)], [other.X, *other.loads._replace(pressure=0.0)]
+    if not all(np.array_equal(one, two) for one, two in zip(*alike, strict=True)):
+        return None
+    own, others = np.asarray(at.loads.pressure), np.asarray(other.loads.pressure)
+    ratio = float(own @ others) / float(own @ own)
+    return ratio if ratio > 0.0 and np.allclose(others, ratio * own, rtol=1e-9, atol=0.0) else None
 
 
 def expect_limit_points(before: Analysis, analysis: Analysis, bound: float) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.analysis.analyse import Analysis, Discretisation, analyse, build_discretisation
+from pneumorph.analysis.ballooning import FARTHEST
 from pneumorph.analysis.castings import Casting, casting_name
 from pneumorph.errors import ProblemError
 from pneumorph.geometry.design_space import DesignSpace
@@ -19,6 +20,7 @@ from pneumorph.mesh.morph import build_morph
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.problem import Problem
 from pneumorph.results.fields import check_elements, pack_caps, pack_covers, unpack_caps, unpack_covers
+from pneumorph.sensitivity import Margin
 
 
 def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
@@ -52,7 +54,35 @@ def pack(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
     arrays |= {
         f"state {name}": disc.model.vector(equilibrium.state) for name, equilibrium in analysis.equilibria.items()
     }
+    return arrays | _pack_limit_points(analysis, disc)
+
+
+def _pack_limit_points(analysis: Analysis, disc: Discretisation) -> dict[str, Any]:
+    """Those of the tasks, which take long to find: λ, its estimate and whether it is known; pressures and state."""
+    arrays: dict[str, Any] = {}
+    for task in analysis.equilibria:
+        ahead = analysis.limit_points.get(task)
+        if ahead is None:
+            continue
+        arrays[f"limit {task}"] = np.array([ahead.load, min(ahead.estimate, FARTHEST), ahead.known])
+        if ahead.state is not None:
+            arrays[f"limit state {task}"] = disc.model.vector(ahead.state)
+            arrays[f"limit pressure {task}"] = np.array([ahead.pressures[name] for name in disc.model.chambers])
     return arrays
+
+
+def _limit_points(disc: Discretisation, arrays: dict[str, Any]) -> dict[str, Margin]:
+    """What `_pack_limit_points` packed."""
+    found = {}
+    for task in disc.tangents:
+        if (numbers := arrays.get(f"limit {task}")) is None:
+            continue
+        load, estimate, known = map(float, numbers)
+        found[task] = Margin(load, None, estimate, known=bool(known))
+        if (vector := arrays.get(f"limit state {task}")) is not None:
+            pressures = dict(zip(disc.model.chambers, map(float, arrays[f"limit pressure {task}"]), strict=True))
+            found[task] = replace(found[task], state=disc.model.state(np.asarray(vector)), pressures=pressures)
+    return found
 
 
 def unpack(
@@ -106,6 +136,7 @@ def unpack(
         known = [each.name for each in problem.task if each.pressures_of is None or f"state {each.name}" in arrays]
         names = [*known, *(name for own in castings.values() for name in own)]
         starts = {name: disc.model.state(np.asarray(arrays[f"state {name}"])) for name in names}
+        points = _limit_points(disc, arrays)
     # It is a mesh, but not one of this problem.
     except (ArithmeticError, KeyError, RuntimeError, ValueError) as error:
         raise ProblemError(
@@ -114,7 +145,7 @@ def unpack(
     analysis = analyse(problem, space, disc, arrays["phi"], starts)
     if isinstance(analysis, NoEquilibrium):
         raise ProblemError(f"the checkpoint's design cannot be analysed again: {analysis.reason}")
-    return disc, analysis
+    return disc, replace(analysis, limit_points=points) if points else analysis
 
 
 def _castings(problem: Problem, disc: Discretisation, arrays: dict[str, Any]) -> dict[str, dict[str, Casting]]:

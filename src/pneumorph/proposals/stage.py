@@ -158,7 +158,7 @@ def _done(directory: Path, problem: Problem) -> bool:
         return False
     run = open_run(directory)
     designs = (run.latest() or 0) >= problem.optimizer.iterations
-    return designs or _ended_before(run) or finished(directory, problem)
+    return designs or _ended_before(run) or (finished(directory, problem) and not cut_short(run))
 
 
 def _ended_before(run: RunDirectory) -> bool:

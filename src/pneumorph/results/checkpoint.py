@@ -56,8 +56,11 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
         # That of a task with the pressures of another may be missing: it was added since.
         if task.pressures_of is None or f"state {task.name}" in state:
             floats(state, f"state {task.name}", None)
-        if f"at rest {task.name}" in state:
-            floats(state, f"at rest {task.name}", None)
+        for name in ("at rest", "limit state", "limit pressure"):
+            if f"{name} {task.name}" in state:
+                floats(state, f"{name} {task.name}", None)
+        if f"limit {task.name}" in state:
+            floats(state, f"limit {task.name}", 3)
     for name, shape in (("phi", (None,)), ("slope", (None,)), ("steps", (None, n)), ("changes", (None, n))):
         if "curvature_phi" in state:
             floats(state, f"curvature_{name}", *shape)
