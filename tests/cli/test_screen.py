@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from certifying import certified
-from records import entry, task_result
+from records import entry, one_element, task_result
 from rich.console import Console
 from runs import analysed, line, waving_run
 from tiny import tiny
@@ -17,7 +17,7 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import Run
 from pneumorph.limits.report import LimitReading
 from pneumorph.limits.table import in_history
-from pneumorph.optimize import DesignRejected, Remeshed
+from pneumorph.optimize import DesignAccepted, DesignRejected, Remeshed
 from pneumorph.problem import loads
 from pneumorph.problem.models import Scaling
 from pneumorph.results import FineResult, RunResult
@@ -124,6 +124,18 @@ def test_what_is_remeshed_is_named():
         "     design 4: remeshed with 900 elements, one of 3 equal sectors of the body; an element is nearly flat\n"
         "     design 5: remeshed with 2700 elements; an element is nearly flat\n"
     )
+
+
+def test_a_start_that_moves_the_other_way_is_told_beside_its_row():
+    for moved, told in ((-0.3, True), (0.3, False)):
+        console = Console(file=io.StringIO(), width=140)
+        screen = Screen(PROBLEM, console)
+        start = replace(entry(0), tasks={"extend": task_result(translation=(0.0, 0.0, moved))})
+        for number in range(2):
+            own = replace(start, iteration=number)
+            screen.show(DesignAccepted(number, own, starting_body(PROBLEM.tubes), {}, one_element(), {}))
+        text = console.file.getvalue()
+        assert text.count("extend: extension goes the other way at first") == told
 
 
 def test_the_number_of_designs_is_said():

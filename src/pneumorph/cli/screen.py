@@ -26,6 +26,7 @@ from pneumorph.optimize import (
     Remeshed,
     Started,
 )
+from pneumorph.optimize.prospects import backwards
 from pneumorph.output.format import format_duration, format_pressures, part_note
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry
@@ -92,6 +93,8 @@ class Screen:
             case DesignAccepted():
                 self._rejected = 0
                 self.row(event.entry)
+                if event.iteration == 0:
+                    self._doubts(event.entry)
                 self._update_status(event)
             case Remeshed():
                 # A sector that cannot be meshed is followed by the whole body.
@@ -123,6 +126,11 @@ class Screen:
     def say(self, sentence: str) -> None:
         """Print a sentence on its own line."""
         self._print(Text(sentence))
+
+    def _doubts(self, start: HistoryEntry) -> None:
+        for task in self._problem.task:
+            for sentence in backwards(self._problem, task, start.tasks[task.name]):
+                self.say(f"{task.name}: {sentence}")
 
     def _started(self, event: Started) -> None:
         self.say(
