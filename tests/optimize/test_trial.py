@@ -8,6 +8,7 @@ from tiny import tiny
 
 from pneumorph.analysis import analyse
 from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mesh import poor, relax
 from pneumorph.optimize import trial
 from pneumorph.optimize.buckling import judge
 from pneumorph.optimize.clock import Clock
@@ -83,3 +84,18 @@ def test_nodes_inside_go_along(start, monkeypatch):
     _, reached = trial._in_parts(setup, disc, now.analysis, end, phi)
     assert reached == 1.0
     assert seen[0] == pytest.approx(0.5 * (X + seen[1]), abs=1e-12)
+
+
+def test_nodes_slide_along_surfaces_before_a_new_mesh_is_made(start):
+    """Where those inside are not enough, and the state found on the way is that from rest."""
+    setup, now = start
+    space = setup.space
+    phi = space.start + 0.9 * np.random.default_rng(1).normal(size=space.n)
+    points = space.control_points(phi)
+    assert poor(relax(now.disc.morph, points), points)
+    found = tried(start, phi)
+    assert not found.remeshed and found.disc.model is now.disc.model
+    moved = found.disc.morph.positions(points) - now.disc.morph.positions(points)
+    assert np.abs(moved[: now.disc.morph.n_surface]).max() > 0.1
+    alone = analyse(setup.problem, space, found.disc, phi)
+    assert found.analysis.value == pytest.approx(alone.value, rel=1e-5)

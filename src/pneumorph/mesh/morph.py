@@ -165,6 +165,15 @@ class Morph:
         return kept
 
 
+def between(begin: Morph, end: Morph, share: float) -> Morph:
+    """The morph that is this share of the way from one to another with the same elements, whose nodes move straight."""
+    B = sparse.csr_array(begin.B + share * (end.B - begin.B))
+    offset, shift = (
+        one + share * (other - one) for one, other in ((begin.offset, end.offset), (begin.shift, end.shift))
+    )
+    return replace(end, B=B, offset=offset, shift=shift)
+
+
 def build_morph(
     straight: TetMesh,
     B: sparse.csr_array,

@@ -17,19 +17,19 @@ from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import of_element, scaled_jacobian
 from pneumorph.mesh.tets import TetMesh
 
-_ENOUGH = 0.25
+ENOUGH = 0.25
 """Quality (see `scaled_jacobian`) from which an element is left alone."""
-_SWEEPS = 10
+SWEEPS = 10
 """Most passes over all poor elements; they end before where none is improved."""
-_LONGEST, _SHORTEST = 0.2, 0.005
+LONGEST, SHORTEST = 0.2, 0.005
 """First and last length of trial steps, relative to the element's edges."""
-_GAIN = 1e-6
+GAIN = 1e-6
 """Least gain in quality of a step that is taken, above rounding errors."""
-_SAME = 1e-9
+SAME = 1e-9
 """Qualities that differ by less are the same: rounding must not decide which of two images is treated first."""
 
-_WAYS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if sum(map(abs, way)) in (1.0, 3.0)])
-_WAYS /= np.linalg.norm(_WAYS, axis=1)[:, None]
+WAYS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if sum(map(abs, way)) in (1.0, 3.0)])
+WAYS /= np.linalg.norm(WAYS, axis=1)[:, None]
 
 
 def relax(morph: Morph, P: np.ndarray) -> Morph:
@@ -42,20 +42,20 @@ def relax(morph: Morph, P: np.ndarray) -> Morph:
     points = morph.positions(P)
     mesh = morph.mesh.at(points)
     quality = scaled_jacobian(points, mesh.tets)
-    if quality.min() >= _ENOUGH:
+    if quality.min() >= ENOUGH:
         return morph
-    free = _free(mesh, morph.n_surface)
+    free = free_inside(mesh, morph.n_surface)
     order = np.argsort(mesh.tets, axis=None, kind="stable")
     start = np.searchsorted(mesh.tets.ravel()[order], np.arange(len(points) + 1))
     moved = points.copy()
-    for _ in range(_SWEEPS):
+    for _ in range(SWEEPS):
         stop_if_asked()
         if not _sweep(moved, mesh.tets, free, start, order // 10, quality):
             break
     return replace(morph, shift=morph.shift + moved - points)
 
 
-def _free(mesh: TetMesh, n_surface: int) -> np.ndarray:
+def free_inside(mesh: TetMesh, n_surface: int) -> np.ndarray:
     """Nodes (N,) bool that may move: those on no face and inside a single region."""
     free = np.arange(len(mesh.points)) >= n_surface
     for triangles in mesh.faces.values():
@@ -70,8 +70,8 @@ def _free(mesh: TetMesh, n_surface: int) -> np.ndarray:
 def _sweep(points, tets, free, start, visits, quality):
     """Move the free nodes of poor elements, the worst first; `points` and `quality` change. Returns whether any did."""
     any_moved, nodes = False, np.empty((10, 3))
-    for e in np.argsort(np.rint(quality / _SAME), kind="mergesort"):
-        if quality[e] >= _ENOUGH:
+    for e in np.argsort(np.rint(quality / SAME), kind="mergesort"):
+        if quality[e] >= ENOUGH:
             break
         length = np.sqrt(np.sum((points[tets[e, 0]] - points[tets[e, 1]]) ** 2))
         for node in tets[e]:
@@ -79,26 +79,26 @@ def _sweep(points, tets, free, start, visits, quality):
                 continue
             around = visits[start[node] : start[node + 1]]
             # The worst first, which decide about most steps.
-            around = around[np.argsort(np.rint(quality[around] / _SAME), kind="mergesort")]
-            best, step = _worst(points, tets, around, nodes, -np.inf), _LONGEST * length
-            while step > _SHORTEST * length:
+            around = around[np.argsort(np.rint(quality[around] / SAME), kind="mergesort")]
+            best, step = worst_of(points, tets, around, nodes, -np.inf), LONGEST * length
+            while step > SHORTEST * length:
                 better, place = False, points[node].copy()
-                for way in _WAYS:
+                for way in WAYS:
                     points[node] = place + step * way
-                    worst = _worst(points, tets, around, nodes, best + _GAIN)
-                    if worst > best + _GAIN:
+                    worst = worst_of(points, tets, around, nodes, best + GAIN)
+                    if worst > best + GAIN:
                         best, better, place = worst, True, points[node].copy()
                 points[node] = place
                 any_moved |= better
                 if not better:
                     step /= 2.0
             for k in range(len(around)):
-                quality[around[k]] = _worst(points, tets, around[k : k + 1], nodes, -np.inf)
+                quality[around[k]] = worst_of(points, tets, around[k : k + 1], nodes, -np.inf)
     return any_moved
 
 
 @numba.njit(cache=True, nogil=True)
-def _worst(points, tets, elements, nodes, least):
+def worst_of(points, tets, elements, nodes, least):
     """The worst quality of some elements, or that of the first found which is no better than `least`."""
     worst = np.inf
     for e in elements:

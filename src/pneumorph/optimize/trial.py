@@ -11,7 +11,7 @@ from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, ex
 from pneumorph.errors import MeshError
 from pneumorph.limits.kinds.states import MARGIN
 from pneumorph.mechanics import Guess, NoEquilibrium
-from pneumorph.mesh import needs_remesh, relax
+from pneumorph.mesh import between, needs_remesh, poor, relax, slide
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.optimize.buckling import LateralStability, judge, judge_after
 from pneumorph.optimize.castings import carried
@@ -109,14 +109,16 @@ def _follow(
     """The mesh for a new design, with its predicted states; the error where there is none."""
     space, settings, disc, points = setup.space, setup.settings.trial, now.disc, setup.space.control_points(phi)
     with clock.phase("geometry"):
-        poor = needs_remesh(disc.morph, points)
-        if poor is not None:
+        reason = needs_remesh(disc.morph, points)
+        if reason is not None:
             # Mostly a few elements fold, which moving the nodes inside repairs; a new mesh starts from that too.
             disc = replace(disc, morph=relax(disc.morph, points))
-            poor = needs_remesh(disc.morph, points)
+            if disc.model.contact is None and poor(disc.morph, points):
+                disc = replace(disc, morph=slide(disc.morph, points))
+            reason = needs_remesh(disc.morph, points)
     with clock.phase("equilibrium"):
         starts = predict_states(space, disc, now.analysis, phi)
-    if poor is None:
+    if reason is None:
         return _Followed(disc, starts, remeshed=False)
     quality = _quality(disc, points)
     with clock.phase("geometry"):
@@ -132,7 +134,7 @@ def _follow(
             return _Followed(disc, starts, remeshed=False)
         new = carried(new, new.morph.positions(points), disc.castings)
         starts = _carried(disc, now.analysis, new, (disc.morph.positions(points), starts))
-    yield Remeshed(number, poor, new.model.elements, _quality(new, points), new.model.part)
+    yield Remeshed(number, reason, new.model.elements, _quality(new, points), new.model.part)
     return _Followed(new, starts, remeshed=True)
 
 
@@ -171,8 +173,8 @@ def _in_parts(
     last, reached, part = near, 0.0, 0.5
     while reached < 1.0:
         share = min(reached + part, 1.0)
-        shift = begin.morph.shift + share * (end.morph.shift - begin.morph.shift)
-        disc, there = replace(end, morph=replace(end.morph, shift=shift)), near.phi + share * (phi - near.phi)
+        disc = replace(end, morph=between(begin.morph, end.morph, share))
+        there = near.phi + share * (phi - near.phi)
         if _quality(disc, space.control_points(there)) < settings.bearable:
             return NoEquilibrium("elements of the mesh invert along the step", 0.0, None), reached
         starts = predict_states(space, disc, last, there)
