@@ -143,19 +143,19 @@ def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
     file = tmp_path / "thin.toml"
     file.write_text(problem_text(EXTEND + '[mesh]\nsize = "6 mm"\n', body=body, chambers=chambers))
     held = [word for name in ("shift_x", "shift_y", "bending_x", "bending_y") for word in ("--block", name)]
-    result = run("simulate", file, "--pressure", "A=-50:-150:-50kPa", *held, "--json", tmp_path / "s.json")
+    result = run("simulate", file, "--pressure", "A=-50:-100:-50kPa", *held, "--json", tmp_path / "s.json")
     assert result.exit_code == 0, result.output
     steps = steps_of(tmp_path / "s.json")
-    assert [step.get("self_intersecting", False) for step in steps] == [False, True, True]
-    assert result.output.count("self-intersects") == 2 and "[contact]" in result.output
+    assert [step.get("self_intersecting", False) for step in steps] == [False, True]
+    assert result.output.count("self-intersects") == 1 and "[contact]" in result.output
     assert all(step["stable"] for step in steps)
     assert -0.1 < steps[1]["buckled_MPa"]["A"] < -0.05
     assert result.output.count("buckled at -5") == 1
     # A third alone would go on to a state with thirds, in which the whole body is stable too.
-    result = run("simulate", file, "--pressure", "A=-150kPa", *held, "--json", tmp_path / "once.json")
+    result = run("simulate", file, "--pressure", "A=-100kPa", *held, "--json", tmp_path / "once.json")
     (once,) = steps_of(tmp_path / "once.json")
     assert once["buckled_MPa"]["A"] == pytest.approx(steps[1]["buckled_MPa"]["A"], rel=0.01)
-    assert once["volume_mm3"]["A"] == pytest.approx(steps[2]["volume_mm3"]["A"], rel=1e-6)
+    assert once["volume_mm3"]["A"] == pytest.approx(steps[1]["volume_mm3"]["A"], rel=1e-6)
 
 
 def test_a_filled_chamber(run, tiny, tmp_path):

@@ -28,7 +28,7 @@ RUBBER = neo_hookean_rubber(0.49, 4.80, 1.1e-9)
 
 
 def test_a_ballooning_tube_is_told_in_a_sentence():
-    mesh = tube(11, 13, 40, (1, 8, 2))
+    mesh = tube(11, 13, 20, (1, 8, 1))
     built = build_model(mesh, RUBBER)
     found = solve(configure(built, mesh.points, build_loads(built, {"A": 0.3})), Tangent(built))
     assert isinstance(found, NoEquilibrium)
