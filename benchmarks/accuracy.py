@@ -1,16 +1,17 @@
 """How good the estimated error of the mesh is: the estimate over the true error, on many states.
 
-    python benchmarks/accuracy.py OUT.jsonl [--ends 10] [--starts 10] [--random 20] [--bodies 10] [--small 0]
-                                  [--runs DIR] [--elements 60] [--most 600] [--seed 46] [--limit 200]
+    python benchmarks/accuracy.py OUT.jsonl [--ends 10] [--starts 0] [--random 20] [--bodies 10] [--small 0]
+                                  [--runs DIR] [--elements 40] [--most 800] [--seed 46] [--limit 300]
 
-States are those of ten examples, of their design after `DESIGNS` steps on a coarse mesh, and of their start; of
+States are those of ten examples, of their design after `DESIGNS` steps on a coarse mesh, or else of their start; of
 problems drawn at random (`random_problems.py`), with bodies short enough for coarse meshes; of bodies from CAD files
 drawn at random (`random_bodies.py`), every third of both against a plane that it touches; of small parts of tubes,
 bare, with fibres, with a sheet, and pressed against a plane; and of finished runs in DIR. Each follows from the seed
 and its number alone. Elements of the random ones are plain, of a compressible rubber, and mixed in turn. Meshes are so
-coarse that they have about so many elements. The true error is by two refinements: the state is solved on both, and
-what further ones add is extrapolated by the ratio of the two changes. It is that of the tip's motion along its own
-direction. Lines are written state by state; states already in OUT are not repeated, and tables follow at the end.
+coarse that they have about so many elements; where the coarsest mesh has more than `--most`, or no true error is found,
+the next one is drawn in its place. The true error is by two refinements: the state is solved on both, and what further
+ones add is extrapolated by the ratio of the two changes. It is that of the tip's motion along its own direction. Lines
+are written state by state; states already in OUT are not repeated, and tables follow at the end.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -65,19 +67,48 @@ COARSER = 1.6
 Case = Callable[[], tuple[Problem, Body, Any]]
 
 
-def cases(asked: argparse.Namespace) -> Iterator[tuple[str, Case]]:
-    """The states, those of each kind in turn, so that a part of them is a sample of all."""
-    small = [(f"small {number}", _small(asked.seed, number)) for number in range(asked.small)]
-    random = [(f"random {number}", _random(asked.seed, number)) for number in range(asked.random)]
-    bodies = [(f"body {number}", _body(asked.seed, number)) for number in range(asked.bodies)]
+def cases(asked: argparse.Namespace, measured: Callable[[str], int]) -> Iterator[tuple[str, Case]]:
+    """The states, those of each kind in turn, so that a part of them is a sample of all.
+
+    Parameters
+    ----------
+    asked : how many of each kind.
+    measured : how many whose names begin so have a value by now. Drawing goes on until as many as are asked for have.
+    """
     runs = sorted(path.parent for path in asked.runs.glob("*/result.json")) if asked.runs else []
-    ended = [(f"run {path.name}", _run(path)) for path in runs]
     files = [ROOT / "examples" / f"{name}.toml" for name in EXAMPLES]
-    ends = [(f"end {path.stem}", _end(path)) for path in files[: asked.ends]]
-    starts = [(f"start {path.stem}", _start(path)) for path in files[: asked.starts]]
-    kinds = [ends, random, bodies, starts, small, ended]
-    for number in range(max(map(len, kinds))):
-        yield from (kind[number] for kind in kinds if number < len(kind))
+    drawn = {"random": (asked.random, _random), "body": (asked.bodies, _body), "small": (asked.small, _small)}
+    kinds: list[Iterator[tuple[str, Case]]] = [
+        _ended(files[: asked.ends], measured),
+        ((f"start {path.stem}", _start(path)) for path in files[: asked.starts]),
+        ((f"run {path.name}", _run(path)) for path in runs),
+    ]
+    kinds += [_drawn(kind, measured, *of, asked.seed) for kind, of in drawn.items()]
+    while kinds:
+        for kind in list(kinds):
+            case = next(kind, None)
+            if case is None:
+                kinds.remove(kind)
+            else:
+                yield case
+
+
+def _ended(files: list[Path], measured: Callable[[str], int]) -> Iterator[tuple[str, Case]]:
+    """Designs of examples; the start of one whose design has no value."""
+    for path in files:
+        yield f"end {path.stem}", _end(path)
+        if not measured(f"end {path.stem}"):
+            yield f"start {path.stem}", _start(path)
+
+
+def _drawn(
+    kind: str, measured: Callable[[str], int], asked: int, draw: Callable[[int, int], Case], seed: int
+) -> Iterator[tuple[str, Case]]:
+    """Those of a kind that is drawn at random, until as many as are asked for have a value."""
+    for number in count():
+        if measured(f"{kind} ") >= asked:
+            return
+        yield f"{kind} {number}", draw(seed, number)
 
 
 SMALL = """
@@ -205,18 +236,18 @@ def solved_coarsely(name: str, case: Case, elements: int, most: int) -> Solved:
         return analyse_near(problem, body, part_of(problem))
     usual = problem.mesh.size
     first = 1.5 * usual
-    count = _count(problem, body, first)
+    there = _count(problem, body, first)
     # No larger than the radius of tubes, nor than sections.
     largest = COARSER * usual if problem.solid is not None else max(usual, 0.9 * problem.body.radius)
     slices = max(task.objective.section_count[1] for task in problem.task)
     largest = min(largest, 0.99 * problem.body.length / slices) if slices and problem.solid is None else largest
-    size = min(largest, max(usual, first * (count / elements) ** (1 / 3)))
+    size = min(largest, max(usual, first * (there / elements) ** (1 / 3)))
     changes = {"mesh.size": f"{size:.3g} mm"}
     if problem.contact is not None:
         changes["contact.distance"] = f"{ACTIVATION * usual:.3g} mm"
     problem = problem.with_changes(changes)
-    if (count := _count(problem, body, problem.mesh.size)) > most:
-        raise pm.ProblemError(f"{count} elements are too many")
+    if (there := _count(problem, body, problem.mesh.size)) > most:
+        raise pm.ProblemError(f"{there} elements are too many")
     found = analyse_near(problem, body, part_of(problem), *(known or (None, None)))
     kind, number = name.split(maxsplit=1)
     if kind not in ("random", "body") or int(number) % 3 or problem.obstacle:
@@ -357,22 +388,26 @@ def _late(*_: Any) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--elements", type=int, default=60)
+    parser.add_argument("--elements", type=int, default=40)
     parser.add_argument("--seed", type=int, default=46)
-    parser.add_argument("--most", type=int, default=600, help="elements: the second refinement has 64 times as many")
+    parser.add_argument("--most", type=int, default=800, help="elements: the second refinement has 64 times as many")
     parser.add_argument("--ends", type=int, default=10, help="of the examples, after some designs")
-    parser.add_argument("--starts", type=int, default=10, help="of the examples")
+    parser.add_argument("--starts", type=int, default=0, help="of the examples")
     parser.add_argument("--random", type=int, default=20)
     parser.add_argument("--bodies", type=int, default=10)
     parser.add_argument("--small", type=int, default=0)
     parser.add_argument("--runs", type=Path)
-    parser.add_argument("--limit", type=float, default=200.0, help="processor seconds for a state")
+    parser.add_argument("--limit", type=float, default=300.0, help="processor seconds for a state")
     asked = parser.parse_args()
     sys.path.insert(0, str(ROOT / "benchmarks"))
     done = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
     known = {line["state"] for line in done}
     signal.signal(signal.SIGPROF, _late)
-    for name, case in cases(asked):
+
+    def with_value(begin: str) -> int:
+        return len({line["state"] for line in done if line["state"].startswith(begin) and "effectivity" in line})
+
+    for name, case in cases(asked, with_value):
         if name in known:
             continue
         began = time.process_time()

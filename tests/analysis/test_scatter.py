@@ -8,6 +8,7 @@ from texts import BEND_UNDER_LOADS, TWO_BESIDE, problem_text
 
 from pneumorph.analysis.near import analyse_near
 from pneumorph.analysis.scatter import one_deviation, scatter_of, with_moduli
+from pneumorph.analysis.second_order import second_order
 from pneumorph.analysis.thickening import thickenings
 from pneumorph.analysis.tolerances import Tolerances, shape_causes
 from pneumorph.geometry.tube.start import starting_body
@@ -110,8 +111,11 @@ def test_a_body_that_grows_by_a_factor_under_pressure_alone_grows_its_motion(who
 
 
 def test_castings_off_by_one_deviation_are_solved(whole):
-    """With small tolerances the first-order deviation is that of the solutions; they approach it with order 2."""
-    far = []
+    """With small tolerances the first-order deviation is that of the solutions; they approach it with order 2.
+
+    So does the deviation to second order, relative to it.
+    """
+    far, more = [], []
     for part in (0.2, 0.1):
         usual = {name: value for name, value in vars(Tolerances()).items() if name not in ("rubbers", "histories")}
         shares = {"rubbers": {"": 0.1 * part}, "histories": {"": 0.05 * part}}
@@ -121,7 +125,9 @@ def test_castings_off_by_one_deviation_are_solved(whole):
         middle, deviation = scatter.motion[4], scatter.deviations[4]
         far.append(max(abs(found.up - middle - deviation), abs(middle - found.down - deviation)))
         assert far[-1] < 0.1 * deviation
+        more.append(second_order(whole, "bend", scatter, 4, found) / deviation - 1.0)
     assert far[1] < 0.35 * far[0]
+    assert 0.0 < more[1] < 0.35 * more[0] < 0.1
 
 
 def test_what_rubber_does_at_its_places_adds_up_to_what_a_layer_does(whole):

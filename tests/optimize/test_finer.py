@@ -1,5 +1,7 @@
 """Designs whose elements are divided until the error of the mesh is as small as asked for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from texts import problem_text
@@ -11,16 +13,18 @@ from pneumorph.analysis import (
     is_estimated,
     largest_share,
     quick_errors,
+    recorded_share,
     to_divide,
 )
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.refine import refine
-from pneumorph.optimize import DesignAccepted, Divided, design
+from pneumorph.optimize import DesignAccepted, Divided, Finished, design, loop, start
 from pneumorph.optimize.buckling import judge
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.finer import with_finer_mesh
-from pneumorph.optimize.iterate import AnalysedDesign, Learnt, evaluate
+from pneumorph.optimize.iterate import AnalysedDesign, Learnt, evaluate, unpack_learnt
 from pneumorph.optimize.model import no_curvature
+from pneumorph.optimize.settings import LoopSettings
 from pneumorph.optimize.setup import build_setup
 from pneumorph.problem import loads
 
@@ -91,9 +95,8 @@ def test_nothing_is_divided_where_the_error_is_small_enough_or_unknown(coarse):
 
 
 def test_a_design_that_has_outgrown_its_mesh_gets_smaller_elements(coarse):
-    """Every fifth design is looked at; its error is as asked for afterwards, and so it is after remeshing."""
+    """Its error is as asked for afterwards, and so it is after remeshing."""
     problem, setup, current = coarse.problem, coarse.setup, coarse.iterate()
-    assert [is_estimated(problem, number) for number in (0, 4, 5)] == [True, False, True]
     events = list(follow := Kept(with_finer_mesh(setup, current, Clock())))
     finer = follow.value
     assert events and all(isinstance(event, Divided) for event in events)
@@ -111,13 +114,46 @@ def test_a_design_that_has_outgrown_its_mesh_gets_smaller_elements(coarse):
     assert analysis.value == pytest.approx(finer.analysis.value, rel=1e-5)
 
 
-def test_a_run_begins_with_the_error_that_is_asked_for(coarse):
+def test_errors_are_estimated_where_a_design_may_have_outgrown_its_mesh(coarse):
+    problem, before = coarse.problem.with_changes({"optimizer.iterations": 12}), np.array([2.0, 1.0])
+    same, grown = np.array([2.9, 1.4]), np.array([2.0, 1.6])
+    assert [is_estimated(problem, number, same, before) for number in (3, 4, 5, 12)] == [False, False, True, True]
+    assert is_estimated(problem, 6, grown, before) and is_estimated(problem, 6, same, before, remeshed=True)
+    assert not is_estimated(problem, 3, grown, before) and not is_estimated(problem, 6, same, before)
+    assert is_estimated(problem, 3, same, np.zeros(0))
+    without = problem.with_changes({"mesh.error": False})
+    assert not any(is_estimated(without, number, grown, before, remeshed=True) for number in (0, 6, 12))
+
+
+def test_a_run_begins_and_ends_with_the_error_that_is_asked_for(coarse):
     events = list(design(coarse.problem))
     accepted = [event for event in events if isinstance(event, DesignAccepted)]
     assert isinstance(events[0], Divided) and len(accepted) == 3
     assert accepted[0].entry.elements > coarse.disc.model.elements
-    finer, here = accepted[0].entry.finer["move"], accepted[0].entry.tasks["move"]
-    assert abs(finer.translation[2] / here.translation[2] - 1.0) <= 0.03
+    assert not accepted[1].entry.finer
+    for entry in (accepted[0].entry, accepted[2].entry):
+        assert recorded_share(coarse.problem, entry) <= 0.03
+
+
+def test_a_run_that_ends_early_goes_on_with_its_last_design_on_a_finer_mesh(coarse, monkeypatch):
+    """Where no design was looked at, the last one is, and follows once more."""
+    for module in (loop, start):
+        monkeypatch.setattr(module, "with_errors", lambda setup, current, remeshed=False: current)
+    problem = coarse.problem.with_changes({"optimizer.iterations": 9})
+    few = replace(LoopSettings(), stopping=replace(LoopSettings().stopping, designs=1, progress=1e9))
+    events = list(design(problem, settings=few))
+    accepted = [event for event in events if isinstance(event, DesignAccepted)]
+    assert [event.iteration for event in accepted] == [0, 1] and isinstance(events[-1], Finished)
+    coarser, finer = (event.entry for event in accepted)
+    assert not coarser.finer and recorded_share(problem, finer) <= 0.03 and finer.elements > coarser.elements
+    np.testing.assert_array_equal(accepted[0].state["phi"], accepted[1].state["phi"])
+
+
+def test_what_was_looked_at_last_is_known_after_resuming(coarse):
+    first = next(event for event in design(coarse.problem) if isinstance(event, DesignAccepted))
+    here = first.entry.tasks["move"]
+    assert first.state["looked"] == pytest.approx([np.hypot(*here.translation[::2])], rel=1e-6)
+    assert unpack_learnt(coarse.setup, first.state).looked == pytest.approx(first.state["looked"])
 
 
 class Kept:

@@ -38,7 +38,7 @@ from pneumorph.analysis.limited import (
 )
 from pneumorph.analysis.rates import motion_rates
 from pneumorph.analysis.simulate import Curve, Simulation, prepare_simulation
-from pneumorph.analysis.sized import is_estimated, largest_share, recorded_share, result_share
+from pneumorph.analysis.sized import is_estimated, largest_share, moved, recorded_share, result_share
 from pneumorph.analysis.slopes import (
     Slopes,
     design_gradient,
@@ -92,6 +92,7 @@ __all__ = [
     "motion_rates",
     "motion_rows",
     "motion_sizes",
+    "moved",
     "near_margins",
     "predict_states",
     "prepare_simulation",

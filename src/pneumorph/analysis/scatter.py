@@ -108,14 +108,24 @@ def one_deviation(whole: Solved, task: str, scatter: Scatter, motion: int) -> On
     scatter : its scatter.
     motion : number of the motion among the six.
     """
-    at, disc = whole.analysis.configurations[task], whole.disc
     deviation = float(scatter.deviations[motion])
-    if not _scales(at) or not deviation:
+    if not _scales(whole.analysis.configurations[task]) or not deviation:
         return None
-    changes = {
-        cause.name: UNITS[cause.unit] * cause.tolerance**2 * cause.by[motion] / deviation for cause in scatter.causes
-    }
-    moved = moved_by(disc.morph, at.X, changes)
+    direction = np.array([cause.tolerance * cause.by[motion] for cause in scatter.causes]) / deviation
+    return castings_along(whole, task, scatter, motion, direction)
+
+
+def castings_along(whole: Solved, task: str, scatter: Scatter, motion: int, direction: np.ndarray) -> OneDeviation:
+    """A motion of the castings off by a unit direction of the causes, and by its opposite.
+
+    Parameters
+    ----------
+    whole, task, scatter, motion : see `one_deviation`.
+    direction : (n,) changes of the causes over their tolerances.
+    """
+    causes = zip(scatter.causes, direction, strict=True)
+    changes = {cause.name: UNITS[cause.unit] * cause.tolerance * float(part) for cause, part in causes}
+    moved = moved_by(whole.disc.morph, whole.analysis.configurations[task].X, changes)
     return OneDeviation(*(_solved(whole, task, way * moved, _times(way, changes), motion) for way in (1.0, -1.0)))
 
 

@@ -48,8 +48,11 @@ TINY = 1e-9
 LARGEST = 100_000
 """Elements of meshes that are chosen so."""
 
-EVERY = 5
-"""In every so many designs it is looked whether the error is more than what is asked for."""
+EVERY, GROWN = 5, 1.5
+"""In every so many designs it is looked whether the error is more than what is asked for; after the first of them also
+where a motion is so many times as large as when it was looked at last. Before that, motions grow so in every design and
+are small beside those of the end: with 4 % asked, `bending` had 16,349 elements at 21° where each was looked at, and
+4,436 at 35° where the fifth was the first."""
 
 
 @dataclass(frozen=True)
@@ -137,12 +140,30 @@ def next_size(found: Sequence[Sized], asked: float) -> float:
     return last.size * (AIM * asked / max(last.error, TINY)) ** (1.0 / order)
 
 
-def is_estimated(problem: Problem, number: int) -> bool:
+def is_estimated(problem: Problem, number: int, moved: np.ndarray, looked: np.ndarray, remeshed: bool = False) -> bool:
     """Whether the error of a design is estimated once it is accepted, as `mesh.error` needs it.
 
     The estimate takes 5 to 10 equivalents, as much as one to three designs. Without `mesh.error` only the last has it.
+
+    Parameters
+    ----------
+    problem : of the run.
+    number : of the design.
+    moved : (tasks,) how far the tip moves in every task, mm, see `moved`.
+    looked : (tasks,) or (0,) the same of the design that was looked at last; empty if none was.
+    remeshed : whether the design has a new mesh.
     """
-    return problem.mesh.error is not None and number % EVERY == 0
+    if problem.mesh.error is None:
+        return False
+    if number >= problem.optimizer.iterations or number % EVERY == 0 or not len(looked):
+        return True
+    return number > EVERY and (remeshed or bool(np.any(moved > GROWN * looked)))
+
+
+def moved(problem: Problem, analysis: Analysis) -> np.ndarray:
+    """How far the tip moves in every task (tasks,), mm, where rotations are motions at the distance `LEVER`."""
+    lever = np.repeat([1.0, LEVER], 3)
+    return np.array([np.linalg.norm(lever * analysis.equilibria[task.name].plate) for task in problem.task])
 
 
 def relative_error(problem: Problem, disc: Discretisation, analysis: Analysis) -> float | None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from pneumorph.analysis.near import Solved, analyse_near
 from pneumorph.analysis.scatter import OneDeviation, one_deviation, scatter_of, with_moduli
+from pneumorph.analysis.second_order import second_order
 from pneumorph.analysis.thickening import thickenings
 from pneumorph.analysis.tolerances import Tolerances, of_sources
 from pneumorph.doing import doing
@@ -38,6 +39,9 @@ LEAST = 0.005
 NOT_LINEAR = 0.25
 """Difference from the first-order figure, relative to it, above which it is told that it is not accurate."""
 
+MORE = 0.1
+"""Difference of the deviation to second order from that to first, relative to the latter, above which it is told."""
+
 SMALL = {"mm": 0.01, "°": 0.02}
 """Motions with a smaller value and a smaller deviation are not told where several are."""
 
@@ -52,6 +56,8 @@ class ToleranceReport:
     tasks : {task: Scatter}
     solved : {task: {motion: OneDeviation}}
         Of the motions that tasks are about, where castings perturbed by one deviation could be solved.
+    second : {task: {motion: float}}
+        Deviations of these motions to second order, mm or rad, where all castings for them had stable states.
     mesh : TetMesh
         Of the whole body at rest.
     thickening : {task: {motion: (N,)}}
@@ -73,6 +79,7 @@ class ToleranceReport:
     problem: Problem
     tasks: Mapping[str, Scatter]
     solved: Mapping[str, Mapping[str, OneDeviation]]
+    second: Mapping[str, Mapping[str, float]]
     mesh: TetMesh
     thickening: Mapping[str, Mapping[str, np.ndarray]]
     ends: Mapping[str, Mapping[float, np.ndarray | None]] = field(default_factory=dict)
@@ -115,6 +122,7 @@ class ToleranceReport:
                 "deviation": scatter.deviations.tolist(),
                 "causes": [to_json(cause) for cause in scatter.causes],
                 "solved": {motion: [each.down, each.up] for motion, each in self.solved[name].items()},
+                "second_order": dict(self.second[name]),
                 "sources": [
                     {"shear_modulus_MPa": modulus, "motion": None if motion is None else motion.tolist()}
                     for modulus, motion in self.ends.get(name, {}).items()
@@ -126,7 +134,15 @@ class ToleranceReport:
     def __str__(self) -> str:
         tasks = [task for task in self.problem.task if task.name in self.tasks]
         tables = [
-            "\n".join(_lines(task, self.tasks[task.name], self.solved[task.name], self.ends.get(task.name, {})))
+            "\n".join(
+                _lines(
+                    task,
+                    self.tasks[task.name],
+                    self.solved[task.name],
+                    self.second[task.name],
+                    self.ends.get(task.name, {}),
+                )
+            )
             for task in tasks
         ]
         return "\n\n".join([*tables, *filter(None, map(doubt, materials(self.problem).values()))])
@@ -165,15 +181,18 @@ def tolerance_report(
     whole = analyse_near(problem, body, (), stored, results)
     scatters, by_nodes = scatter_of(whole, tolerances), thickenings(problem, whole.disc, whole.analysis)
     solved: dict[str, dict[str, OneDeviation]] = {}
+    second: dict[str, dict[str, float]] = {}
     for task in problem.task:
-        solved[task.name] = {}
+        solved[task.name], second[task.name] = {}, {}
         for motion in task.objective.tip_motions:
-            found = one_deviation(whole, task.name, scatters[task.name], MOTIONS.index(motion))
-            if found is not None:
+            of = (whole, task.name, scatters[task.name], MOTIONS.index(motion))
+            if (found := one_deviation(*of)) is not None:
                 solved[task.name][motion] = found
+                if (deviation := second_order(*of, found)) is not None:
+                    second[task.name][motion] = deviation
     mesh = whole.disc.morph.mesh.at(whole.analysis.X)
     ends = {} if "rubber" in given else {task.name: _at_ends(whole, task.name) for task in problem.task}
-    return ToleranceReport(problem, scatters, solved, mesh, by_nodes, ends)
+    return ToleranceReport(problem, scatters, solved, second, mesh, by_nodes, ends)
 
 
 def _at_ends(whole: Solved, task: str) -> dict[float, np.ndarray | None]:
@@ -232,6 +251,7 @@ def _lines(
     task: Task,
     scatter: Scatter,
     solved: Mapping[str, OneDeviation],
+    second: Mapping[str, float],
     ends: Mapping[float, np.ndarray | None],
 ) -> Iterator[str]:
     """A table for each motion that the task is about, or for all that are large enough."""
@@ -250,6 +270,8 @@ def _lines(
         yield from _table(scatter, number, size, unit)
         if name in solved:
             yield _further(solved[name], value, deviation, size, after)
+        if name in second and (further := abs(size) * second[name]) > (1.0 + MORE) * deviation:
+            yield f"  second order matters: with it the deviation is {further:.2g}{after} or more"
         if ends:
             told = (
                 f"{1e3 * modulus:.3g} kPa: {'no stable state' if at is None else f'{size * at[number]:.2f}{after}'}"

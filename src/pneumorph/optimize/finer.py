@@ -12,6 +12,7 @@ from pneumorph.analysis import (
     analyse,
     divided,
     largest_share,
+    moved,
     quick_errors,
     to_divide,
 )
@@ -77,6 +78,7 @@ def with_finer_mesh(setup: Setup, current: Iterate, clock: Clock) -> Generator[E
         return current
     lateral = judge(disc, analysis, current.lateral.at_rest)
     more = analysis.value - current.analysis.value
-    learnt = replace(current.learnt, objectives=tuple(value + more for value in current.learnt.objectives[:-1]))
+    earlier = tuple(value + more for value in current.learnt.objectives[:-1])
+    learnt = replace(current.learnt, objectives=earlier, looked=moved(setup.problem, analysis))
     design = replace(current.design, analysis=analysis, disc=disc, lateral=lateral)
     return replace(evaluate(setup, current.number, design, learnt, clock), errors=errors)

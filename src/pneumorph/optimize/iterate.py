@@ -16,6 +16,7 @@ from pneumorph.analysis import (
     checkpoint,
     design_slopes,
     is_estimated,
+    moved,
     quick_errors,
 )
 from pneumorph.limits.report import LimitReport
@@ -64,6 +65,8 @@ class Learnt:
         Of the designs so far whose states satisfy their limits.
     state_curvature : float
         Of the limits on states along the last step, 1/mm².
+    looked : (tasks,) or (0,) array
+        How far the tip moved in every task of the design whose error of the mesh was estimated last, mm.
     """
 
     stepper: Stepper
@@ -71,12 +74,14 @@ class Learnt:
     radius: float
     objectives: tuple[float, ...]
     state_curvature: float = 0.0
+    looked: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def pack(self) -> dict[str, Any]:
         """Arrays and numbers from which `unpack_learnt` restores it."""
         return {
             "radius": self.radius,
             "values": np.array(self.objectives),
+            "looked": self.looked,
             **self.stepper.pack(),
             **self.curvature.pack(),
         }
@@ -90,6 +95,7 @@ def unpack_learnt(setup: Setup, state: Mapping[str, Any]) -> Learnt:
         unpack_curvature(state) if known else no_curvature(setup.space.n),
         float(state["radius"]),
         tuple(map(float, state["values"]))[:-1],
+        looked=np.asarray(state.get("looked", np.zeros(0))),
     )
 
 
@@ -191,11 +197,18 @@ def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, 
     return Iterate(number, design, replace(learnt, objectives=objectives), slopes, states, optimality)
 
 
-def with_errors(setup: Setup, current: Iterate) -> Iterate:
+def with_errors(setup: Setup, current: Iterate, remeshed: bool = False) -> Iterate:
     """The iterate with the errors by its mesh, if it is one of those of which they are estimated."""
-    if not is_estimated(setup.problem, current.number):
+    now = moved(setup.problem, current.analysis)
+    if not is_estimated(setup.problem, current.number, now, current.learnt.looked, remeshed):
         return current
-    return replace(current, errors=quick_errors(setup.problem, current.disc, current.analysis))
+    return looked_at(setup, current)
+
+
+def looked_at(setup: Setup, current: Iterate) -> Iterate:
+    """The iterate with the errors by its mesh."""
+    errors = quick_errors(setup.problem, current.disc, current.analysis)
+    return replace(current.learning(looked=moved(setup.problem, current.analysis)), errors=errors)
 
 
 def with_lateral_stiffness(setup: Setup, current: Iterate, clock: Clock) -> Iterate:

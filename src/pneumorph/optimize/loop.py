@@ -29,7 +29,7 @@ from pneumorph.optimize.castings import renewed
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
 from pneumorph.optimize.finer import with_finer_mesh
-from pneumorph.optimize.iterate import Iterate, evaluate, with_errors
+from pneumorph.optimize.iterate import Iterate, evaluate, looked_at, with_errors
 from pneumorph.optimize.proposal import propose
 from pneumorph.optimize.radius import begin as first_region
 from pneumorph.optimize.radius import next_radius
@@ -37,7 +37,7 @@ from pneumorph.optimize.record import StepRecord, accepted
 from pneumorph.optimize.settings import LoopSettings
 from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.start import begun_from, resumed, start
-from pneumorph.optimize.stopping import conclusion, reason_to_stop
+from pneumorph.optimize.stopping import TIME_IS_UP, conclusion, reason_to_stop
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import Problem
 from pneumorph.problem.defaults import MARGIN as WATCHED
@@ -81,13 +81,34 @@ def optimise(
     yield _started(setup, current)
     if state is None:
         yield accepted(setup, current, StepRecord(current.disc.factorisations, remeshed=False), clock)
-    while (reason := reason_to_stop(setup, current)) is None:
-        following = yield from improve(setup, current)
+    while True:
+        reason = reason_to_stop(setup, current)
+        following = (yield from improve(setup, current)) if reason is None else Ended(reason)
         if isinstance(following, Ended):
-            reason = following.reason
-            break
+            finer = None if reason == TIME_IS_UP else (yield from _looked_again(setup, current))
+            if finer is None or finer.number == current.number:
+                yield _finished(setup, finer or current, following.reason)
+                return
+            following = finer
         current = following
-    yield _finished(setup, current, reason)
+
+
+def _looked_again(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | None]:
+    """The last design with the errors by its mesh, where one is asked for that is not known; else None.
+
+    Where it is larger, the same design follows on a finer mesh, from which the run goes on.
+    """
+    if setup.problem.mesh.error is None or current.errors or current.number >= setup.problem.optimizer.iterations:
+        return None
+    clock = Clock()
+    with clock.phase("equilibrium"):
+        last = looked_at(setup, current)
+    finer = yield from with_finer_mesh(setup, last, clock)
+    if finer.disc is last.disc:
+        return last
+    finer = replace(finer, number=current.number + 1)
+    yield accepted(setup, finer, StepRecord(finer.disc.factorisations, remeshed=False), clock)
+    return finer
 
 
 def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | Ended]:
@@ -96,10 +117,6 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
     made = current.disc.factorisations
     current = renewed(setup, current, clock)
     factorisations += current.disc.factorisations - made
-    if current.number:
-        finer = yield from with_finer_mesh(setup, current, clock)
-        factorisations += finer.disc.factorisations if finer.disc is not current.disc else 0
-        current = finer
     region = first_region(settings.radius, current.learnt.radius)
     current = current.learning(
         curvature=current.learnt.curvature.with_design(current.analysis.phi, current.slopes.rest)
@@ -118,10 +135,12 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
             verdict = first_objection(ACCEPTANCE_TESTS, tried)
             if verdict is None:
                 following = _accept(tried)
+                finer = yield from with_finer_mesh(setup, following, clock)
+                factorisations += finer.disc.factorisations if finer.disc is not following.disc else 0
                 length = float(np.abs(proposal.change).max())
                 record = StepRecord(factorisations, trial.remeshed, length, tried.ratio, proposal.step.evaluations)
-                yield accepted(setup, following, record, clock)
-                return following
+                yield accepted(setup, finer, record, clock)
+                return finer
         if isinstance(verdict, Ended):
             return verdict
         region, current = verdict.region, verdict.current
@@ -142,7 +161,8 @@ def _accept(tried: Tried) -> Iterate:
         radius=next_radius(setup.settings.radius, tried.region, tried.ratio, proposal.kept, long),
         state_curvature=current.states.curvature(tried.trial.state_excess, proposal.change),
     )
-    return with_errors(setup, evaluate(setup, current.number + 1, tried.design, learnt, tried.clock))
+    following = evaluate(setup, current.number + 1, tried.design, learnt, tried.clock)
+    return with_errors(setup, following, tried.trial.remeshed)
 
 
 def _started(setup: Setup, current: Iterate) -> Started:

@@ -172,7 +172,7 @@ def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
         If the checkpoint does not fit the problem, or its equilibria are not found again.
     """
     design = _restored(setup, state)
-    return with_errors(setup, evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock()))
+    return evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock())
 
 
 def _restored(setup: Setup, state: Mapping[str, Any]) -> AnalysedDesign:

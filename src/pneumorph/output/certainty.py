@@ -59,8 +59,8 @@ def of_the_asked(asked: float, share: float | None) -> str:
     if share <= asked:
         return f"the error of the mesh is {100 * share:.2g} %, within {told}"
     return (
-        f"the error of the mesh is {100 * share:.2g} %, more than {told}: it is looked at in every fifth "
-        "design; make more designs with --resume, or ask for a smaller error"
+        f"the error of the mesh is {100 * share:.2g} %, more than {told}; make more designs "
+        "with --resume, or ask for a smaller error"
     )
 
 

@@ -74,6 +74,8 @@ def check(problem: Problem, state: Mapping[str, Any]) -> None:
     if "dfp_slope" in state:
         floats(state, "dfp_slope", None)
     floats(state, "values", None)
+    if "looked" in state and floats(state, "looked", None).shape not in ((0,), (len(problem.task),)):
+        raise ValueError('"looked" does not fit the tasks')
     indices(state, "iteration", below=10**9)
 
 

@@ -1,0 +1,61 @@
+"""The deviation of a motion to second order, where its curvature along a few directions of the causes is known.
+
+With causes as independent normal variables ε of deviation 1, m = m₀ + gᵀε + ½ εᵀHε has the variance |g|² + ½ tr H².
+Along orthogonal unit directions d, two solutions at ±d have ½ dᵀHd = b beyond m₀ in the mean, and 2b² of the variance
+is due to it. The directions are that of the motion's own gradient, and what is left of those of the tip's other
+motions: a finger that its core's shift bends to the side becomes shorter both ways, which no first derivative tells.
+What other directions and pairs of them add is left out, so the deviation is rather too small.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.analysis.accuracy import LEVER
+from pneumorph.analysis.near import Solved
+from pneumorph.analysis.scatter import OneDeviation, castings_along
+from pneumorph.results import Scatter
+
+FURTHER, LARGE = 2, 0.5
+"""Most directions of other motions, and the least deviation of what is left of one, relative to that of the motion
+itself: others bend the body too little to matter."""
+
+
+def second_order(whole: Solved, task: str, scatter: Scatter, motion: int, own: OneDeviation) -> float | None:
+    """The standard deviation of a motion to second order, mm or rad; None where a casting has no stable state.
+
+    Parameters
+    ----------
+    whole : the whole body with its states.
+    task : name of the task.
+    scatter : its scatter.
+    motion : number of the motion among the six.
+    own : the castings along the motion's own gradient.
+    """
+    variance = scatter.deviations[motion] ** 2
+    found = [own, *(castings_along(whole, task, scatter, motion, each) for each in further_directions(scatter, motion))]
+    for each in found:
+        if each.up is None or each.down is None:
+            return None
+        variance += 2.0 * ((each.up + each.down) / 2.0 - scatter.motion[motion]) ** 2
+    return float(np.sqrt(variance))
+
+
+def further_directions(scatter: Scatter, motion: int) -> list[np.ndarray]:
+    """Unit directions (n,) in which other motions scatter most, orthogonal to that of one motion and to each other.
+
+    Their components are changes of the causes over their tolerances.
+    """
+    lever = np.repeat([1.0, LEVER], 3)
+    gradients = lever * np.array([cause.tolerance * np.array(cause.by) for cause in scatter.causes]).reshape(-1, 6)
+    least, found = LARGE * np.linalg.norm(gradients[:, motion]), list[np.ndarray]()
+    direction = gradients[:, motion] / np.linalg.norm(gradients[:, motion])
+    for _ in range(FURTHER):
+        gradients = gradients - np.outer(direction, direction @ gradients)
+        sizes = np.linalg.norm(gradients, axis=0)
+        largest = int(sizes.argmax())
+        if sizes[largest] < least:
+            break
+        direction = gradients[:, largest] / sizes[largest]
+        found.append(direction)
+    return found
