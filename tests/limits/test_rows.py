@@ -8,7 +8,9 @@ from certifying import certified
 
 from pneumorph.limits.of_shape import tube_limits
 from pneumorph.limits.table import BY_NAME, ROWS
+from pneumorph.limits.tube.measures.distances import closest_on_edge, nearest_fold
 from pneumorph.limits.tube.measures.shape import measured
+from pneumorph.limits.tube.sampled import SampledTubes
 
 CHAMBERS = {
     "flat": ((4.6, (0.5, 0.0), (3.0, 27.0), "flat"),),
@@ -162,3 +164,46 @@ def test_peaks_between_samples_that_are_far_below_them_are_found(make_body, tabl
         spec = spec.model_copy(update={"stretch": spec.stretch.model_copy(update={"limit": worst})})
     rows = tube_limits(body, spec).rows(body, 0.1, -0.3)
     assert -0.005 < rows.value[rows.kind == ROWS.index("stretch")].max() < 0.005
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_peaks_on_knot_lines_are_found(make_body, table, waved, seed):
+    """Parabolas across the kink there expect them elsewhere."""
+    body = make_body(length=30.0, chambers=CHAMBERS["flat"])
+    body, spec = body.with_control_points(waved(body, seed, wave=0.6, noise=0.1)), table()
+    for _ in range(2):  # certificates are accurate near a bound only
+        worst = certified(body, spec)["stretch"].attained
+        spec = spec.model_copy(update={"stretch": spec.stretch.model_copy(update={"limit": worst})})
+    rows = tube_limits(body, spec).rows(body, 0.1, -0.3)
+    assert -0.003 < rows.value[rows.kind == ROWS.index("stretch")].max() < 0.003
+
+
+def test_folds_on_the_edge_of_the_neighbourhood_are_found_between_samples(make_body, table, waved):
+    body = make_body(length=30.0, chambers=CHAMBERS["flat"])
+    body = body.with_control_points(waved(body, 0, wave=0.6, noise=0.1))
+    sampled, surface = tube_limits(body, table()).sampled(body), body.exterior
+    assert isinstance(sampled, SampledTubes)
+    tube = sampled.tubes[0]
+    source = np.arange(len(tube.x))
+    fold = nearest_fold(tube, 2.0, 2.0, source)
+    edge = np.flatnonzero(np.isfinite(fold.distance) & ~fold.facing)
+    assert len(edge) > 50
+    before = fold.near[edge], fold.offset[edge], np.zeros((len(edge), 2))
+    after = closest_on_edge(tube, 2.0, source[edge], *before[:2])
+
+    def apart(near, offset, aside):
+        """Distances in space and on the starting tube, which is a cylinder of 8 mm."""
+        (row, column), (other, beside) = np.divmod(source[edge], tube.columns), np.divmod(near, tube.columns)
+        q, r = tube.grid.q[column] + aside[:, 0] / surface.size[0], tube.grid.r[row] + aside[:, 1] / surface.size[1]
+        to_q, to_r = (
+            tube.grid.q[beside] + offset[:, 0] / surface.size[0],
+            tube.grid.r[other] + offset[:, 1] / surface.size[1],
+        )
+        chord = surface.size[0] / np.pi * np.sin(np.pi * (to_q - q))
+        gap = surface.points(to_q % 1.0, to_r) - surface.points(q % 1.0, r)
+        return np.linalg.norm(gap, axis=1), np.hypot(chord, (to_r - r) * surface.size[1])
+
+    (old, on_edge), (new, still) = apart(*before), apart(*after)
+    assert on_edge == pytest.approx(2.0, abs=1e-6) and still == pytest.approx(2.0, abs=1e-6)
+    assert (new < old + 0.01).all()
+    assert np.median(old - new) > 0.005 and (old - new).max() > 0.02

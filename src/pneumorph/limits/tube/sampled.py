@@ -14,7 +14,14 @@ from pneumorph.geometry import Body
 from pneumorph.geometry.regions import Region
 from pneumorph.limits.rows.sampled import CLOSE, DIGITS, Couples, Placed, Sums, worst_of_cells
 from pneumorph.limits.tube.measures import expansion
-from pneumorph.limits.tube.measures.distances import SampledSurface, closest_within, nearest_fold, sampled_surface
+from pneumorph.limits.tube.measures.distances import (
+    SampledSurface,
+    closest_on_edge,
+    closest_within,
+    nearest_fold,
+    sampled_surface,
+)
+from pneumorph.limits.tube.measures.expansion import NEARBY
 from pneumorph.limits.tube.measures.grid import SampledFields, sampled_fields
 from pneumorph.limits.tube.points import on_tube, point_sums, sums_at
 from pneumorph.limits.tube.samples import COARSE, FINE, LimitSamples, cell_of, worst_samples
@@ -24,9 +31,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
-
-NEARBY = (-0.5, -0.25, 0.0, 0.25, 0.5)
-"""Points between samples, in units of the sample distance, that are tried around samples close to their bounds."""
 
 PER_SPAN = (2, 2)
 """Points per knot span in q and r at which shares of limits are drawn; each has the largest share around it."""
@@ -157,8 +161,14 @@ class SampledTubes:
         _, _, offset[facing] = tube.closest(tube.x[some[facing]], near[facing])
         cell = _cell_of_samples(self.samples, number, tube, some)
         pick = worst_of_cells(-fold.distance[folds], cell)
-        one = _Aside(number, tube, some[pick], np.zeros((len(pick), 2)))
-        return self._couples(one, _Aside(number, tube, near[pick], offset[pick]), cell[pick])
+        some, near, offset, facing = some[pick], near[pick], offset[pick], facing[pick]
+        distance = fold.distance[folds][pick]
+        aside = np.zeros((len(pick), 2))
+        edge = np.flatnonzero(~facing & (distance < (1.0 - CLOSE) * self.spec.fold.distance))
+        near[edge], offset[edge], aside[edge] = closest_on_edge(
+            tube, neighbourhood, some[edge], near[edge], offset[edge]
+        )
+        return self._couples(_Aside(number, tube, some, aside), _Aside(number, tube, near, offset), cell[pick])
 
     def _couples(self, one: _Aside, other: _Aside, cell: Ints, outward: Floats | None = None) -> Couples:
         ends = _sums_aside(self.body, one), _sums_aside(self.body, other)
@@ -199,5 +209,5 @@ def _closest_nearby(
     """Offsets (m, 2) from samples, on both surfaces, of the closest pair near each sample and its closest point."""
     aside, closest = np.zeros((len(some), 2)), offset.copy()
     one, other = ((tuple(side.fields), side.columns, side.steps) for side in (here, there))
-    expansion.closest_around(some, near, one, other, np.array(NEARBY), DIGITS, aside, closest)
+    expansion.closest_around(some, near, one, other, NEARBY, DIGITS, aside, closest)
     return aside, closest

@@ -46,6 +46,9 @@ AREA = Limit("area", "relative area", "", True, 0.004, None, lambda limits: MIN_
 _LIMITS = (CURVATURE, SKEW, STRETCH, AREA)
 """In the order in which measures are numbered."""
 
+AROUND = ((1, 1, 0, 0), (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0.5, 0), (0, 0, -0.5, 0), (0, 0, 0, 0.5), (0, 0, 0, -0.5))
+"""Places around a sample where a peak is sought: parts of its expected offsets along q and r, and sample distances."""
+
 
 def _scale_and_shift(spec: Limits) -> tuple[Floats, Floats]:
     """Factors (4,) and constants (4,) that make c of the measures."""
@@ -121,11 +124,15 @@ def _worst_places(
     value, q, r = c[kind, row, column], samples.q[column], samples.r[row]
     expected, aside, up = peaks_at(c, kind, row, column)
     close = np.flatnonzero(expected > CLOSE)
-    peak_q, peak_r = (q[close] + aside[close] / len(samples.q)) % 1.0, r[close] + up[close] / (len(samples.r) - 1)
-    peak = scale[kind[close]] * measured(surface, kind[close], peak_q, peak_r, form) + shift[kind[close]]
-    worse = peak > value[close] + 10.0**-DIGITS
-    moved = close[worse]
-    value[moved], q[moved], r[moved] = peak[worse], peak_q[worse], peak_r[worse]
+    # Where the worst sample is on a knot line there is a kink, and the peak is on that line or half a step beside it.
+    for wide, high, half_q, half_r in AROUND:
+        along, above = wide * aside[close] + half_q, high * up[close] + half_r
+        peak_q = (samples.q[column[close]] + along / len(samples.q)) % 1.0
+        peak_r = np.clip(samples.r[row[close]] + above / (len(samples.r) - 1), 0.0, 1.0)
+        peak = scale[kind[close]] * measured(surface, kind[close], peak_q, peak_r, form) + shift[kind[close]]
+        worse = peak > value[close] + 10.0**-DIGITS
+        moved = close[worse]
+        value[moved], q[moved], r[moved] = peak[worse], peak_q[worse], peak_r[worse]
     # Worst first: of places close together the first is kept.
     order = np.argsort(-np.round(value, DIGITS), kind="stable")
     return kind[order], cell[order], q[order], r[order]

@@ -21,6 +21,7 @@ import numpy as np
 from jax import Array
 from numpy.typing import NDArray
 
+from pneumorph.limits.rows.sampled import DIGITS
 from pneumorph.limits.tube.measures import expansion
 from pneumorph.limits.tube.measures.grid import Grid, SampledFields, every_second, with_discs
 from pneumorph.limits.tube.measures.nearest_samples import facing_samples, nearest_samples
@@ -328,6 +329,36 @@ def _edge(tube: SampledSurface, neighbourhood: float, source: Ints) -> tuple[Flo
     places, into = (ring, whole.astype(np.int64), rest), (best, near, offset)
     _least_on_ring(tube.x, shrink, source, tube.columns, (step_q, step_r), places, neighbourhood, into)
     return best, near, offset
+
+
+TURNS = np.radians([-7.5, -3.75, 0.0, 3.75, 7.5])
+"""Turns that are tried between the places of `_ring`."""
+
+
+def closest_on_edge(
+    tube: SampledSurface, neighbourhood: float, source: Ints, near: Ints, offset: Floats
+) -> tuple[Ints, Floats, Floats]:
+    """The nearest points on the edge of a neighbourhood, between the samples and the places that `nearest_fold` tries.
+
+    Parameters
+    ----------
+    tube, neighbourhood, source
+        As for `nearest_fold`.
+    near, offset : (n,) and (n, 2) arrays
+        Its results.
+
+    Returns
+    -------
+    near, offset
+        The same of the closest points found.
+    aside : (n, 2) array
+        Offsets of their partners from the sources, mm.
+    """
+    near, offset, aside = near.copy(), offset.copy(), np.zeros((len(source), 2))
+    shrink = np.ascontiguousarray(tube.grid.frame.shrink[:, 0])
+    surface = tuple(tube.fields), tube.columns, shrink, tube.grid.step, tube.grid.size[0] / np.pi
+    expansion.edge_around(source, near, offset, surface, neighbourhood, expansion.NEARBY, TURNS, DIGITS, aside)
+    return near, offset, aside
 
 
 @numba.njit(cache=True, nogil=True)

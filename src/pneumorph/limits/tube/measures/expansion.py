@@ -9,6 +9,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+NEARBY = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
+"""Places between samples, in units of the sample distance, that are tried around samples close to their bounds."""
+
 ROOM = 0.75
 """Largest offset in cells. Beyond half a cell the neighbouring sample is closer."""
 
@@ -139,3 +142,65 @@ def closest_around(sample, near, here, there, around, digits, aside, offset):
                 if rounded < best:
                     best = rounded
                     aside[k, 0], aside[k, 1], offset[k, 0], offset[k, 1] = a, b, to_q, to_r
+
+
+@numba.njit(cache=True, nogil=True)
+def edge_around(source, near, offset, surface, neighbourhood, around, turns, digits, aside):
+    """Move pairs of points on the edge of each other's neighbourhood to the closest such pair around them.
+
+    Parameters
+    ----------
+    source : (n,) int array
+        Samples of a surface.
+    near, offset : (n,) int array and (n, 2) array
+        The samples nearest to their partners, and the offsets from there; overwritten where a closer pair is found.
+    surface : tuple (fields, columns, shrink, steps, diameter)
+        With the (rows,) circumferences relative to the tube, the sample distances in mm, and the tube's diameter.
+    neighbourhood : float
+        mm.
+    around : (m,) array
+        Places tried around each sample along q and along r, in units of the sample distance.
+    turns : (k,) array
+        Angles by which the direction to the partner is turned.
+    digits : int
+        Of distances that are equal when rounded to these decimals the first is taken.
+    aside : (n, 2) array
+        Offsets from the samples, overwritten where a closer pair is found.
+    """
+    fields, columns, shrink, steps, diameter = surface
+    unit, rows = 10.0**digits, len(shrink)
+    for k in range(len(source)):
+        here, row, column = source[k], source[k] // columns, source[k] % columns
+        apart = (near[k] % columns - column + columns // 2) % columns - columns // 2
+        wide, high = apart * steps[0] + offset[k, 0], (near[k] // columns - row) * steps[1] + offset[k, 1]
+        chord, best, to = diameter * np.sin(wide / diameter), np.inf, near[k]
+        to_q, to_r, from_q, from_r = offset[k, 0], offset[k, 1], 0.0, 0.0
+        square = 0.0
+        for c in range(3):
+            square += (_place(fields, near[k], to_q, to_r, c) - _place(fields, here, 0.0, 0.0, c)) ** 2
+        best = np.rint(np.sqrt(square) * unit)
+        for turn in turns:
+            across = chord * np.cos(turn) - high * np.sin(turn)
+            along = chord * np.sin(turn) + high * np.cos(turn)
+            if abs(across) > diameter:
+                continue
+            arc = wide if turn == 0.0 else diameter * np.arcsin(across / diameter)
+            for i in range(len(around)):
+                for j in range(len(around)):
+                    a, b = around[i] * steps[0], around[j] * steps[1]
+                    up, beyond = row + around[j], row + around[j] + along / steps[1]
+                    if min(up, beyond) < 0.0 or max(up, beyond) > rows - 1:
+                        continue
+                    over, there = int(np.rint(around[i] + arc / steps[0])), int(np.rint(beyond))
+                    # Near a pole steps around are shorter, and the point may be within the neighbourhood.
+                    if np.hypot(across * min(shrink[row], shrink[there]), along) < neighbourhood - 1e-6:
+                        continue
+                    at = there * columns + (column + over) % columns
+                    rest_q, rest_r = a + arc - over * steps[0], (beyond - there) * steps[1]
+                    square = 0.0
+                    for c in range(3):
+                        square += (_place(fields, at, rest_q, rest_r, c) - _place(fields, here, a, b, c)) ** 2
+                    away = np.rint(np.sqrt(square) * unit)
+                    if away < best:
+                        best, to, to_q, to_r, from_q, from_r = away, at, rest_q, rest_r, a, b
+        near[k], offset[k, 0], offset[k, 1], aside[k, 0], aside[k, 1] = to, to_q, to_r, from_q, from_r

@@ -1,0 +1,147 @@
+"""Quadratic programs of smooth steps, by a primal–dual method.
+
+min slope·Ψ + ½‖W Ψ‖² + ½ pull ‖z‖² over Ψ = S z with z in a box and c + J Ψ ≤ 0.
+
+Steps z and multipliers move in turn (Chambolle & Pock 2011), each time beyond where they would go by themselves (Condat
+2013). An iteration costs a product with J, one with its transpose, and two with S. What makes it fast is that rows are
+divided by their lengths: those of walls and of stretch differ by a factor of a hundred. In programs from runs, 60
+iterations leave 1 to 3 % of the gain; an augmented Lagrangian with one weight for all rows leaves a tenth to a third
+after 120. Methods with a factorisation of M + JᵀDJ, such as interior points, would have to do with two or three of
+them: one takes as long as 130 iterations with 7,000 variables, and as 230 with 28,000.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from pneumorph.interrupts import stop_if_asked
+from pneumorph.optimize.accelerated import SAFETY
+from pneumorph.optimize.smoothing import Smoothing
+
+
+@dataclass(frozen=True)
+class PrimalDualSettings:
+    """How the method moves."""
+
+    balance: float = 0.3
+    """Of the motions of multipliers and steps: with 1, a row of length 1 that a step through the whole box exceeds
+    changes its multiplier by as much as the mean derivative of the objective. A third of it, or three times as much,
+    leaves up to twice as much of the gain."""
+
+    beyond: float = 1.8
+    """How far each iteration goes, as a multiple of where it would go by itself; below 2 it converges."""
+
+    rounds: int = 8
+    """Of the power method, for the length of steps."""
+
+
+PRIMAL_DUAL = PrimalDualSettings()
+
+
+class Pair(NamedTuple):
+    """Raw variables z (n,), multipliers λ (m,) of the rows c + J Ψ ≤ 0, and W Ψ (k,)."""
+
+    z: np.ndarray
+    multiplier: np.ndarray
+    bent: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A quadratic program of a smooth step.
+
+    Attributes
+    ----------
+    smooth : Smoothing
+        S.
+    slope : (n,) array
+        Of the objective, of which the mean absolute value is about 1.
+    factors : (k, n) array
+        W.
+    pull : float
+    jacobian, known : csr (m, n) and (m,) array
+        J and c.
+    lower, upper : (n,) arrays
+        The box of z.
+    """
+
+    smooth: Smoothing
+    slope: np.ndarray
+    factors: np.ndarray
+    pull: float
+    jacobian: sparse.csr_array
+    known: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+def improved(
+    program: Program,
+    begin: Pair,
+    width: float,
+    iterations: int,
+    accuracy: float,
+    settings: PrimalDualSettings = PRIMAL_DUAL,
+) -> Pair:
+    """Go on towards the solution of a program.
+
+    Parameters
+    ----------
+    program : Program
+    begin : Pair
+    width : float
+        How far steps may go in it, about.
+    iterations : int
+        Most iterations.
+    accuracy : float
+        It ends when no variable moves farther than this times `width` in an iteration, and no row is exceeded by so
+        much in units of its length.
+    settings : PrimalDualSettings
+    """
+    smooth, low, high = program.smooth, program.lower, program.upper
+    rows = len(program.known)
+    whole = sparse.csr_array(sparse.vstack([program.jacobian, program.factors]), dtype=float)
+    length = np.maximum(np.sqrt(np.asarray(whole.power(2).sum(axis=1)).ravel()), 1e-12)
+    matrix = sparse.csr_array(sparse.diags_array(1.0 / length) @ whole)
+    transposed, known = sparse.csr_array(matrix.T), program.known / length[:rows]
+    diagonal, norm = _scaled(smooth, matrix, transposed, settings.rounds)
+    balance = settings.balance / width
+    rise, fall = balance / norm, diagonal / (balance * norm)
+    shrink, bend = 1.0 / (1.0 + fall * program.pull), 1.0 / (1.0 + rise / length[rows:] ** 2)
+    slope = smooth.transpose(program.slope)
+    z, dual = begin.z, np.concatenate([begin.multiplier * length[:rows], begin.bent * length[rows:]])
+    for _ in range(iterations):
+        stop_if_asked()
+        moved = shrink * (z - fall * (slope + smooth.transpose(transposed @ dual)))
+        np.clip(moved, low, high, out=moved)
+        image = matrix @ smooth.apply(2.0 * moved - z)
+        image[:rows] += known
+        aimed = dual + rise * image
+        np.maximum(aimed[:rows], 0.0, out=aimed[:rows])
+        aimed[rows:] *= bend
+        further, push = moved - z, aimed - dual
+        z, dual = z + settings.beyond * further, dual + settings.beyond * push
+        np.maximum(dual[:rows], 0.0, out=dual[:rows])
+        if max(np.abs(further).max(initial=0.0), np.abs(push).max(initial=0.0) / rise) <= accuracy * width:
+            break
+    return Pair(np.clip(z, low, high), dual[:rows] / length[:rows], dual[rows:] / length[rows:])
+
+
+def _scaled(
+    smooth: Smoothing, matrix: sparse.csr_array, transposed: sparse.csr_array, rounds: int
+) -> tuple[np.ndarray, float]:
+    """A diagonal D (n,), and the largest singular value of matrix·S·D^½ by the power method, with `SAFETY`."""
+    sums = smooth.moduli.transpose(abs(transposed) @ np.ones(len(matrix.indptr) - 1))
+    root = 1.0 / np.sqrt(np.maximum(sums, 1e-12))
+    vector, largest = np.full(len(root), 1.0 / np.sqrt(max(len(root), 1))), 0.0
+    for _ in range(rounds):
+        image = root * smooth.transpose(transposed @ (matrix @ smooth.apply(root * vector)))
+        largest = float(np.linalg.norm(image))
+        if largest == 0.0:
+            return root**2, 1.0
+        vector = image / largest
+    return root**2, float(np.sqrt(SAFETY * largest))
