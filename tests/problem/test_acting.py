@@ -52,6 +52,7 @@ def test_files_are_written_with_them_and_read_again():
     ("own", "key"),
     [
         ('hold = ["sideways"]', "task[0].hold"),
+        ("hold = [[]]", "task[0].hold"),
         ('hold = { bending_y = "3 mm" }', "task[0].hold.bending_y"),
         ('hold = { axial = "3 mm", extension = "3 mm" }', "task[0].hold.extension"),
         ('force = ["1 N", "0 N"]', "task[0].force"),

@@ -87,6 +87,21 @@ def test_a_task_with_the_pressures_of_another_may_be_added(bent, tmp_path):
         create(tmp_path / "own", Problem.model_validate(table | {"task": [*table["task"], own]}), bent.path)
 
 
+@pytest.mark.slow
+def test_a_run_goes_on_with_smaller_elements(bent, tmp_path):
+    """The same body at the same pressures, in the state that the finer mesh has near the one before."""
+    before = bent.history()[-1]
+    run = create(tmp_path / "finer", problem(mesh__size="3.5 mm", optimizer__iterations=1), bent.path)
+    complete(run, lambda event: None)
+    first, last = run.history()
+    one, other = bent.load_design(before.iteration), run.load_design(0)
+    np.testing.assert_array_equal(one.exterior, other.exterior)
+    assert first.tasks["bend"].pressures == before.tasks["bend"].pressures
+    assert first.elements > 1.5 * before.elements
+    assert first.tasks["bend"].rotation[1] == pytest.approx(before.tasks["bend"].rotation[1], rel=0.1)
+    assert last.objective < first.objective and last.held
+
+
 def test_what_it_cannot_begin_with_is_named(bent, tmp_path):
     with pytest.raises(ProblemError, match=r"another problem \(body.chamber\[0\].radius differs\)"):
         create(tmp_path / "other", problem(**{"body__chamber[0]__radius": "2.4 mm"}), bent.path)

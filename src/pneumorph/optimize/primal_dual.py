@@ -32,6 +32,9 @@ class PrimalDualSettings:
     changes its multiplier by as much as the mean derivative of the objective. A third of it, or three times as much,
     leaves up to twice as much of the gain."""
 
+    dense: float = 3.0
+    """Length of rows of all variables, where that of others is 1: their multipliers have to turn the whole gradient."""
+
     beyond: float = 1.8
     """How far each iteration goes, as a multiple of where it would go by itself; below 2 it converges."""
 
@@ -67,6 +70,8 @@ class Program:
         J and c.
     lower, upper : (n,) arrays
         The box of z.
+    dense : int
+        How many of the last rows are of all variables.
     """
 
     smooth: Smoothing
@@ -77,6 +82,7 @@ class Program:
     known: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
+    dense: int = 0
 
 
 def improved(
@@ -106,6 +112,7 @@ def improved(
     rows = len(program.known)
     whole = sparse.csr_array(sparse.vstack([program.jacobian, program.factors]), dtype=float)
     length = np.maximum(np.sqrt(np.asarray(whole.power(2).sum(axis=1)).ravel()), 1e-12)
+    length[rows - program.dense : rows] /= settings.dense
     matrix = sparse.csr_array(sparse.diags_array(1.0 / length) @ whole)
     transposed, known = sparse.csr_array(matrix.T), program.known / length[:rows]
     diagonal, norm = _scaled(smooth, matrix, transposed, settings.rounds)

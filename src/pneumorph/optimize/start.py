@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from pneumorph.errors import Hopeless, MeshError
 from pneumorph.limits.report import LimitReading, LimitReport
 from pneumorph.limits.table import BY_NAME
 from pneumorph.optimize.buckling import judge, unpack_at_rest
-from pneumorph.optimize.castings import begun_robust
+from pneumorph.optimize.castings import begun_robust, carried
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import BegunBeyond, BegunLower, BroughtWithin, Event
 from pneumorph.optimize.finer import with_finer_mesh
@@ -21,6 +22,7 @@ from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate
 from pneumorph.optimize.model import no_curvature
 from pneumorph.optimize.prospects import shortfalls, words
 from pneumorph.optimize.setup import Setup
+from pneumorph.optimize.trial import states_on
 from pneumorph.optimize.within import Within
 from pneumorph.problem import Limits, Problem
 
@@ -41,29 +43,38 @@ def start(setup: Setup, clock: Clock) -> Generator[Event, None, Iterate]:
         If no design near it satisfies the limits, its states are too far beyond theirs, it cannot be meshed, it has no
         equilibrium, or it does not touch what it is to press on.
     """
-    problem, space = setup.problem, setup.space
+    problem = setup.problem
     with clock.phase("geometry"):
         feasible, moved = begin_within(setup)
         if moved is not None:
             yield moved
-        try:
-            disc = setup.discretise(space.body(feasible.phi), 0.0)
-        except MeshError as error:
-            raise Hopeless(str(error)) from None
-    with clock.phase("equilibrium"):
-        try:
-            analysis = analyse_start(problem, space, disc, feasible.phi)
-        except Hopeless:
-            lower = _at_lower_pressures(setup, disc, feasible.phi)
-            if lower is None:
-                raise
-            analysis = lower
-            yield BegunLower(analysis.pressures)
+        disc = _meshed(setup, feasible.phi)
+    analysis = yield from _solved(setup, disc, feasible.phi, clock)
     _require_contact(problem, disc, analysis)
     with clock.phase("equilibrium"):
         disc, analysis = begun_robust(setup, disc, analysis)
         lateral = judge(disc, analysis, {})
     return (yield from _begun(setup, AnalysedDesign(analysis, disc, feasible.report, lateral), clock))
+
+
+def _meshed(setup: Setup, phi: np.ndarray) -> Discretisation:
+    try:
+        return setup.discretise(setup.space.body(phi), 0.0)
+    except MeshError as error:
+        raise Hopeless(str(error)) from None
+
+
+def _solved(setup: Setup, disc: Discretisation, phi: np.ndarray, clock: Clock) -> Generator[Event, None, Analysis]:
+    """The states of a start Φ (n,) on its mesh, at lower pressures where it has none."""
+    with clock.phase("equilibrium"):
+        try:
+            return analyse_start(setup.problem, setup.space, disc, phi)
+        except Hopeless:
+            lower = _at_lower_pressures(setup, disc, phi)
+            if lower is None:
+                raise
+    yield BegunLower(lower.pressures)
+    return lower
 
 
 @doing("restoring the design to begin with")
@@ -77,8 +88,25 @@ def begun_from(setup: Setup, state: Mapping[str, Any], clock: Clock) -> Generato
     """
     with clock.phase("equilibrium"):
         design = _restored(setup, state)
+    if state.get("on_new_mesh"):
+        design = yield from _on_new_mesh(setup, design, clock)
     _require_contact(setup.problem, design.disc, design.analysis)
     return (yield from _begun(setup, design, clock))
+
+
+def _on_new_mesh(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generator[Event, None, AnalysedDesign]:
+    """A design on a mesh of the size that is asked for, where it was restored on another one."""
+    phi = design.analysis.phi
+    with clock.phase("geometry"):
+        disc = _meshed(setup, phi)
+        disc = carried(disc, disc.morph.positions(design.analysis.points), design.disc.castings)
+    with clock.phase("equilibrium"):
+        starts, most = states_on(design.disc, design.analysis, disc), setup.settings.trial.most_on_new_mesh
+        analysis = analyse(setup.problem, setup.space, disc, phi, starts, most=most)
+    if not isinstance(analysis, Analysis):
+        analysis = yield from _solved(setup, disc, phi, clock)
+    with clock.phase("equilibrium"):
+        return replace(design, analysis=analysis, disc=disc, lateral=judge(disc, analysis, {}))
 
 
 def _begun(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generator[Event, None, Iterate]:

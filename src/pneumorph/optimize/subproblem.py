@@ -52,6 +52,10 @@ class ProgramSettings:
     least: float = -0.3
     """The programs contain measures of the shape above this value; 0 is the bound. Others are left out to save time."""
 
+    push: float = 500.0
+    """Multiplier with which a limit on states begins that is exceeded, in mean derivatives of the objective for one of
+    its own: five of them for one per cent. From zero it would take more iterations than there are."""
+
     approach: float = 2.2
     """In radii: the programs contain distances that are no farther than this from their bound. Both walls of a gap may
     move by the whole radius; the rest is for their curvature."""
@@ -90,7 +94,8 @@ class SequentialQuadratic:
         # Beginning with the step before promises some per cent more, but shapes become rough: they gain less, and the
         # meshes of some fail.
         z, multipliers, places = np.zeros(space.n), self.multipliers.copy(), None
-        on_states, pull = np.zeros(len(states.excess)), PROGRAM.proximity / radius
+        mean = np.maximum(np.abs(states.jacobian).mean(axis=1), 1e-12)
+        on_states, pull = PROGRAM.push * np.maximum(states.excess, 0.0) / mean, PROGRAM.proximity / radius
         for number in range(PROGRAM.programs):
             counted("program")
             room = PROGRAM.narrowing**number * radius
@@ -110,6 +115,7 @@ class SequentialQuadratic:
                 np.concatenate([linear.excess() - jacobian @ change, states.excess]),
                 np.maximum(bounds[0], z - room),
                 np.minimum(bounds[1], z + room),
+                len(on_states),
             )
             begin = Pair(z, np.concatenate([multiplier, on_states]), scaled.factors @ change)
             z, multiplier, _ = improved(program, begin, radius, PROGRAM.iterations, PROGRAM.accuracy)

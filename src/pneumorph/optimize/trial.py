@@ -133,7 +133,7 @@ def _follow(
             yield MeshKept(number, str(error), quality)
             return _Followed(disc, starts, remeshed=False)
         new = carried(new, new.morph.positions(points), disc.castings)
-        starts = _carried(disc, now.analysis, new, (disc.morph.positions(points), starts))
+        starts = states_on(disc, now.analysis, new, (disc.morph.positions(points), starts))
     yield Remeshed(number, reason, new.model.elements, _quality(new, points), new.model.part)
     return _Followed(new, starts, remeshed=True)
 
@@ -152,7 +152,7 @@ def _solve(
         return analysis, 1.0
     if not mesh.remeshed:
         return _in_parts(setup, now.disc, now.analysis, disc, phi)
-    starts = _carried(now.disc, now.analysis, disc)
+    starts = states_on(now.disc, now.analysis, disc)
     again = analyse(problem, space, disc, now.analysis.phi, starts, most=settings.most_on_new_mesh)
     return (again, 1.0) if isinstance(again, NoEquilibrium) else _in_parts(setup, disc, again, disc, phi)
 
@@ -188,10 +188,17 @@ def _in_parts(
     return last, reached
 
 
-def _carried(
+def states_on(
     old: Discretisation, now: Analysis, new: Discretisation, ahead: tuple[np.ndarray, Mapping[str, Guess]] | None = None
 ) -> dict[str, Guess]:
-    """The states of an analysed design, or those predicted from it, on a new mesh."""
+    """The states of an analysed design, or those predicted from it, on a new mesh.
+
+    Parameters
+    ----------
+    old, now : its mesh, and the design.
+    new : the new mesh.
+    ahead : see `carry_over`.
+    """
     states = {name: equilibrium.state for name, equilibrium in now.equilibria.items()}
     return carry_over(old, now.X, states, new, new.morph.positions(now.points), ahead)
 

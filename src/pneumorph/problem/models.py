@@ -110,7 +110,7 @@ class Hold(Table):
             )
         if not isinstance(data, (list, tuple)):
             return renamed(data, COMPONENT_OF)
-        wrong = [name for name in data if component_of(name) not in cls.model_fields]
+        wrong = [name for name in data if not isinstance(name, str) or component_of(name) not in cls.model_fields]
         if wrong:
             known = ", ".join(cls.model_fields)
             raise ValueError(f'"{short(wrong[0])}" is not a motion of the plate; use some of {known}')

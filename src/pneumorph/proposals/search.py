@@ -80,7 +80,7 @@ def propose(
     going, left = going[: (most := MOST_BY_WISHES if target.minimize else BEST)], going[most:]
     for each in left:
         lost[each.name] = (search.behind(each, going, plan.stages[-1]), len(plan.stages))
-    wanted = {_final(each): member(_final(each), each.posed, plan.designs, FINER) for each in going}
+    wanted = {_final(each): member(_final(each), each.posed, plan.designs, FINER, out / each.name) for each in going}
     ended = search.run(wanted, len(plan.stages) + 1, last=True)
     proposals = [_proposal(search, each, ended) for each in going]
     proposals.sort(key=lambda each: (not each.final, each.entry.objective if each.entry else math.inf))

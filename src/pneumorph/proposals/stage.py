@@ -137,12 +137,19 @@ class Search:
         return f"the best is {best.name}: {self.achieved(best, designs)}"
 
 
-def member(name: str, problem: Problem, designs: int, finer: float = 1.0) -> Member:
-    """A run of so many designs, on elements that are smaller by a factor."""
+def member(name: str, problem: Problem, designs: int, finer: float = 1.0, begin: Path | None = None) -> Member:
+    """A run of so many designs.
+
+    Parameters
+    ----------
+    name, problem, designs : of the run.
+    finer : a factor for the size of elements.
+    begin : the directory of a run with whose last design it begins.
+    """
     changes: dict[str, Any] = {"optimizer.iterations": designs}
     if finer != 1.0:
         changes["mesh.size"] = f"{finer * problem.mesh.size:.3g} mm"
-    return Member(name, changes, problem.with_changes(changes))
+    return Member(name, changes, problem.with_changes(changes), None if begin is None else str(begin.absolute()))
 
 
 def reached_in(directory: Path, problem: Problem) -> Reached | None:

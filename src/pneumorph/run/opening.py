@@ -61,17 +61,19 @@ def _beginning(path: Path, problem: Problem) -> tuple[int, Checkpoint]:
     count = len(other.problem.task)
     alike, more = problem.model_copy(update={"task": problem.task[:count]}), problem.task[count:]
     keys = [key for key in differences(other.problem, alike) if not _OF_TASKS.match(key)]
-    keys = [key for key in keys if not key.startswith("optimizer.")]
+    keys = [key for key in keys if not key.startswith("optimizer.") and key != "mesh.size"]
     if keys or len(problem.task) < count or any(task.pressures_of is None for task in more):
         raise ProblemError(
             f"{path}: its designs are of another problem ({in_words(keys or ['task'])}); only what tasks ask for, "
-            "limits on motions and the optimizer may be others, and tasks be added that have the pressures of another"
+            "limits on motions, the size of elements and the optimizer may be others, and tasks be added that have the "
+            "pressures of another"
         )
     if part_of(other.problem) != part_of(problem):
         raise ProblemError(
             f"{path}: another part of the body is solved for these tasks; begin with the body at rest, without --begin"
         )
-    return other.checkpoint()
+    iteration, state = other.checkpoint()
+    return iteration, {**state, "on_new_mesh": True} if other.problem.mesh.size != problem.mesh.size else state
 
 
 def resume(path: str | Path, problem: Problem, begin: str | Path | None = None) -> RunDirectory:
