@@ -1,6 +1,6 @@
 """How good the estimated error of the mesh is: the estimate over the true error, on many states.
 
-    python benchmarks/accuracy.py OUT.jsonl [--ends 10] [--starts 0] [--random 20] [--bodies 10] [--small 0]
+    python benchmarks/accuracy.py OUT.jsonl [--ends 10] [--starts 0] [--random 21] [--bodies 10] [--small 0]
                                   [--runs DIR] [--elements 40] [--most 800] [--seed 46] [--limit 300]
 
 States are those of ten examples, of their design after `DESIGNS` steps on a coarse mesh, or else of their start; of
@@ -393,7 +393,7 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=800, help="elements: the second refinement has 64 times as many")
     parser.add_argument("--ends", type=int, default=10, help="of the examples, after some designs")
     parser.add_argument("--starts", type=int, default=0, help="of the examples")
-    parser.add_argument("--random", type=int, default=20)
+    parser.add_argument("--random", type=int, default=21)
     parser.add_argument("--bodies", type=int, default=10)
     parser.add_argument("--small", type=int, default=0)
     parser.add_argument("--runs", type=Path)
