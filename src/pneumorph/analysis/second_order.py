@@ -4,7 +4,7 @@ With causes as independent normal variables ε of deviation 1, m = m₀ + gᵀε
 Along orthogonal unit directions d, two solutions at ±d have ½ dᵀHd = b beyond m₀ in the mean, and 2b² of the variance
 is due to it. The directions are that of the motion's own gradient, and what is left of those of the tip's other
 motions: a finger that its core's shift bends to the side becomes shorter both ways, which no first derivative tells.
-What other directions and pairs of them add is left out, so the deviation is rather too small.
+What other directions and pairs of them add is left out, and motions are not quadratic: the deviation is a rough one.
 """
 
 from __future__ import annotations

@@ -271,7 +271,7 @@ def _lines(
         if name in solved:
             yield _further(solved[name], value, deviation, size, after)
         if name in second and (further := abs(size) * second[name]) > (1.0 + MORE) * deviation:
-            yield f"  second order matters: with it the deviation is {further:.2g}{after} or more"
+            yield f"  second order matters: with it the deviation is about {further:.2g}{after}"
         if ends:
             told = (
                 f"{1e3 * modulus:.3g} kPa: {'no stable state' if at is None else f'{size * at[number]:.2f}{after}'}"

@@ -3,7 +3,7 @@
 A mesh that follows its surfaces is sheared with them. Moving the nodes inside (`relax.py`) does not help an element one
 of whose faces on a surface has become poor. Nodes slide within the triangles around them: their rows of B become means
 of those of the nodes of a triangle. So they stay on the surface as far as its triangles are on it, and the mesh stays
-the same but for the places of its nodes: nothing has to be carried over or assembled anew.
+the same but for the places of its nodes: the unknowns stay, and so does the pattern of the tangent.
 """
 
 from __future__ import annotations
