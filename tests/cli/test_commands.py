@@ -14,6 +14,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium, Skin, sweep
 from pneumorph.optimize.setup import Setup
 from pneumorph.output.pictures import Pictures
+from pneumorph.problem import Problem, loads
 from pneumorph.run import complete
 
 VECTOR = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
@@ -147,6 +148,18 @@ def test_check_says_why_a_state_is_not_to_be_trusted(run, tiny, monkeypatch):
     result = run("check", tiny, "--quick")
     assert result.exit_code == 0 and "warning   extend: the deformed body self-intersects" in result.output
     assert "is sound" not in result.output and "start of task extend is doubtful" in result.output
+
+
+def test_a_start_that_balloons_is_checked_at_the_lower_pressure_where_a_run_begins(run, tiny):
+    table = loads(tiny.read_text(encoding="utf-8")).model_dump(mode="json", exclude_none=True)
+    table["material"] = {"model": "neo-hookean", "shear_modulus": "0.25 MPa", "bulk_modulus": "2 MPa"}
+    table["material"]["density"] = "1 g/cm^3"
+    table["body"]["chamber"][0]["radius"] = "5.5 mm"
+    table["task"][0]["pressure"]["A"] = {"start": "160 kPa", "min": "0 kPa", "max": "200 kPa"}
+    tiny.write_text(Problem.model_validate(table).to_toml())
+    result = run("check", tiny, "--quick")
+    assert result.exit_code == 0, result.output
+    assert "no state at its pressures" in result.output and "at 80 kPa" in result.output
 
 
 @pytest.mark.parametrize("command", ["check", "design"])

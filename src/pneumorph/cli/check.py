@@ -16,7 +16,8 @@ from pneumorph.cli.further import write_with_further
 from pneumorph.cli.solid import found_in
 from pneumorph.cli.trust import asking
 from pneumorph.doing import doing
-from pneumorph.errors import ComputationError, ProblemError, printable, writing
+from pneumorph.errors import ComputationError, Hopeless, ProblemError, printable, writing
+from pneumorph.geometry import Body
 from pneumorph.interface.design import Design, starting_design
 from pneumorph.interface.runs import Run, open_run
 from pneumorph.limits.report import LimitReading, without_rounding
@@ -24,7 +25,7 @@ from pneumorph.limits.table import in_history
 from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
 from pneumorph.optimize.prospects import backwards, shortfalls
 from pneumorph.optimize.setup import build_setup
-from pneumorph.optimize.start import begin_within
+from pneumorph.optimize.start import begin_within, begun_lower
 from pneumorph.optimize.states import linear_states
 from pneumorph.output.chambers import of_chambers
 from pneumorph.output.format import format_pressures, part_note, warnings_of
@@ -70,7 +71,8 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
     if run is None and any(map(_violated, readings)):
         # Whether a run can begin at all; before anything that takes longer.
         begin_within(build_setup(asked))
-    at = analyse_body(asked, design.body)
+    at = _analysed(asked, design.body, run is None)
+    lower, asked = at.problem is not asked, at.problem
     for line, style in _description(at):
         say(line, style)
     if asked.solid is None:
@@ -78,6 +80,8 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
             say(f"symmetry  {sentence}")
     for sentence in doubts(asked):
         say(f"warning   {sentence}", "red")
+    if lower:
+        say("warning   the start has no state at its pressures; a design run begins lower, as all below", "red")
     results = collect_task_results(at.disc, at.analysis)
     for task in asked.task:
         motion = task.objective.achieved(results[task.name])
@@ -137,6 +141,17 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
         raise ComputationError("the gradient is not right to second order; try a finer mesh")
     exact = "and its gradient is exact" if tested.tests else "but there is nothing to test its gradient on"
     say(f"{sound} {exact}.")
+
+
+def _analysed(problem: Problem, body: Body, begins: bool) -> AnalysedBody:
+    """A body with its states; that of a start at the lower pressures with which a run begins, where it must."""
+    try:
+        return analyse_body(problem, body)
+    except Hopeless:
+        lower = begun_lower(build_setup(problem)) if begins else None
+        if lower is None:
+            raise
+        return analyse_body(lower, body)
 
 
 def _write_fewer(run: Run, design: Design, path: Path) -> str:

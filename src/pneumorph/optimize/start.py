@@ -25,6 +25,7 @@ from pneumorph.optimize.setup import Setup
 from pneumorph.optimize.trial import states_on
 from pneumorph.optimize.within import Within
 from pneumorph.problem import Limits, Problem
+from pneumorph.problem.designed import starting_at
 
 LOWER = (0.75, 0.5, 0.25, 0.0)
 """Shares of the designed pressures above their lower bounds with which a start begins that has no state at them."""
@@ -117,6 +118,13 @@ def _begun(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generator[Even
     if found := shortfalls(setup, begun.disc, begun.analysis, begun.states):
         yield BegunBeyond(tuple(words(setup, each) for each in found))
     return begun
+
+
+def begun_lower(setup: Setup) -> Problem | None:
+    """A problem whose start has no state at its pressures, at the lower ones with which a run begins; None without."""
+    phi = setup.space.start
+    lower = _at_lower_pressures(setup, _meshed(setup, phi), phi)
+    return None if lower is None else starting_at(setup.problem, lower.pressures)
 
 
 def _at_lower_pressures(setup: Setup, disc: Discretisation, phi: np.ndarray) -> Analysis | None:
