@@ -12,7 +12,7 @@ from pneumorph.mesh.plane import quality_of
 from pneumorph.mesh.tets import TRIANGLE_EDGES, area_and_volume
 from pneumorph.mesh.tube import mesh_body
 from pneumorph.mesh.tube.surface import surface_mesh
-from pneumorph.symmetry.part import Part, sector
+from pneumorph.symmetry.part import Part, onwards, sector
 
 PARTS = {"whole": (), "half": ("xz",)}
 
@@ -74,16 +74,16 @@ def test_nodes_follow_the_control_points(case: tuple[Body, Part]) -> None:
     np.testing.assert_allclose(mesh.B.sum(axis=1), 1.0, atol=1e-9)
 
 
-def test_a_sector_keeps_its_seam(tube: Body) -> None:
+@pytest.mark.parametrize(("turns", "around"), [(2, 18), (3, 15)])
+def test_a_sector_keeps_its_seam(tube: Body, turns: int, around: int) -> None:
+    """The cuts of a half are in one line across the disc, as a mirror plane's, yet their nodes have images."""
     chamber = tube.chambers[0]
-    x, y, z = np.moveaxis(chamber.net, -1, 0)
-    angle = np.arctan2(y, x)
-    radius = 4.0 * (0.7 + 0.4 * np.cos(3 * angle))
+    angle, z = np.meshgrid(-2.0 * np.pi * np.arange(around) / around, chamber.net[:, 0, 2])
+    radius = 4.0 * (0.7 + 0.4 * np.cos(turns * angle))
     swirled = angle + 0.3 * radius
     lobes = np.stack([radius * np.cos(swirled), radius * np.sin(swirled), z], axis=-1)
     body = replace(tube, chambers=(replace(chamber, net=lobes),))
-    mesh = surface_mesh(body, 2.0, part=(sector(3),))
+    mesh = surface_mesh(body, 2.0, part=(sector(turns),))
     nodes = mesh.B @ body.control_points()
-    turn = np.array([[-0.5, np.sqrt(0.75), 0.0], [-np.sqrt(0.75), -0.5, 0.0], [0.0, 0.0, 1.0]])
-    np.testing.assert_allclose(nodes[mesh.seam[:, 0]] @ turn, nodes[mesh.seam[:, 1]], atol=1e-4)
-    assert mesh_body(body, 2.0, (sector(3),)).size == 2.0
+    np.testing.assert_allclose(nodes[mesh.seam[:, 0]] @ onwards(turns).T, nodes[mesh.seam[:, 1]], atol=1e-4)
+    assert mesh_body(body, 2.0, (sector(turns),)).size == 2.0

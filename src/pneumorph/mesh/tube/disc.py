@@ -51,7 +51,9 @@ def _sound(patch: Patch, disc: np.ndarray, nodes: np.ndarray, size: float) -> Pa
     if np.isin(np.setdiff1d(old, [*(one for one, _ in around), *around.values()]), others).any():
         return patch  # a layer along the disc is joined to it
 
-    rows, filled = _filled(around, np.isin([one for one, _ in around], others), nodes, axes, size)
+    # In mirror planes there may be other vertices; where a sector is cut they have images, and one is on the axis.
+    kept = old if len(patch.seam) else others
+    rows, filled = _filled(around, np.isin([one for one, _ in around], kept), nodes, axes, size)
     triangles = np.concatenate([others, filled])
     used = np.concatenate([np.unique(triangles[:, :3]), np.unique(triangles[:, 3:])])
     new = np.full(len(rows.indptr) - 1, -1)
@@ -70,13 +72,13 @@ def _sound(patch: Patch, disc: np.ndarray, nodes: np.ndarray, size: float) -> Pa
 
 
 def _filled(
-    around: dict[tuple[int, int], int], on_rim: np.ndarray, nodes: np.ndarray, axes: list[int], size: float
+    around: dict[tuple[int, int], int], kept: np.ndarray, nodes: np.ndarray, axes: list[int], size: float
 ) -> tuple[sparse.csr_array, np.ndarray]:
     """Rows (m, n) that give all nodes as means of those there were, and the disc's new triangles (nt, 6).
 
     The nodes there were come first, then new vertices, then new mid-side nodes.
     """
-    outline, rows = _even(around, on_rim, nodes[:, axes], size)
+    outline, rows = _even(around, kept, nodes[:, axes], size)
     places = np.asarray(rows @ nodes)[:, axes]
     number = np.arange(len(outline))
     edges = np.column_stack([number, np.roll(number, -1)])
@@ -113,12 +115,12 @@ def _around(disc: np.ndarray, others: np.ndarray) -> dict[tuple[int, int], int]:
 
 
 def _even(
-    around: dict[tuple[int, int], int], on_rim: np.ndarray, nodes: np.ndarray, size: float
+    around: dict[tuple[int, int], int], kept: np.ndarray, nodes: np.ndarray, size: float
 ) -> tuple[list[int], sparse.csr_array]:
-    """The vertices around a disc, with new ones in a mirror plane, and rows (m, n) for all nodes and then these."""
+    """The vertices around a disc, new ones on lines between kept ones; rows (m, n) for all nodes and these."""
     old, outline = [one for one, _ in around], []
     means: list[tuple[int, int, float]] = []
-    ends = np.flatnonzero(np.append(on_rim, True))
+    ends = np.flatnonzero(np.append(kept, True))
     for first, last in pairwise(ends.tolist()):
         one, other = old[first], old[last % len(old)]
         along, away = nodes[other] - nodes[one], nodes[old[first:last]] - nodes[one]
