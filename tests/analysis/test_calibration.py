@@ -79,6 +79,15 @@ def test_a_flat_curve_determines_nothing(body):
         calibrate(problem, start, problem.task[0], few, ("modulus", "wall"))
 
 
+@pytest.mark.parametrize("by", [-1.0, 0.0, 1000.0])
+def test_a_curve_that_no_such_casting_has_is_told_of(body, curve, by):
+    """Motions of the wrong sign, none, or in another unit: no moduli of a rubber, and no figures beyond belief."""
+    problem, start = body
+    wrong = Curve(PRESSURES[::3], "bending_y", by * curve[::3])
+    with pytest.raises(ComputationError, match="signs and units"):
+        calibrate(problem, start, problem.task[0], wrong, ("modulus",))
+
+
 BESIDE = {
     "a sheet and fibres": """
 [[membrane]]

@@ -65,6 +65,8 @@ def test_all_moduli_of_a_rubber_are_scaled(name):
     [
         ("pressure (kPa), extension (mm)", "extension", 1.0),
         ("Pressure A [bar]; bending_y [deg]", "bending_y", np.radians(1.0)),
+        ("pressure (kPa), extension (mm)\nkPa, mm", "extension", 1.0),
+        ("pressure A, twist\n[kPa], [deg]", "twist", np.radians(1.0)),
     ],
 )
 def test_titles_and_units_are_read(tmp_path, titles, motion, by):
@@ -83,6 +85,7 @@ def test_titles_and_units_are_read(tmp_path, titles, motion, by):
         ("pressure (kPa), stretch", "motion"),
         ("pressure C (kPa), extension (mm)", "chamber"),
         ("pressure (mm), extension (mm)", "mm"),
+        ("pressure, extension (mm)", r'"pressure" has no unit; write e.g. "pressure \(kPa\)"'),
     ],
 )
 def test_what_is_no_curve_is_refused(tmp_path, titles, word):

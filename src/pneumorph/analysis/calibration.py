@@ -45,6 +45,16 @@ APART = 0.98
 MOST_FACTORISATIONS = 60
 """Most for one state."""
 
+LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0
+"""Moduli over those of the problem between which fits stay: sources of a rubber differ by less, so a curve that asks
+for others has other units or signs."""
+
+FAR = 0.01
+"""Root mean square of the differences over the largest measured value above which a fit has to go on."""
+
+CHECK = "check the signs and units of its columns, and whose loads act"
+"""What to do about a curve that the body does not have."""
+
 
 @dataclass(frozen=True)
 class Calibration:
@@ -118,6 +128,9 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
             if there is not None and float(np.sum((there.values - fit.curve.values) ** 2)) <= cost * (1 + 1e-9):
                 break
         else:
+            if np.sqrt(cost / len(here.values)) > FAR * np.abs(fit.curve.values).max():
+                what = ", ".join(names).replace("modulus", f"modulus within a factor of {MOST_FACTOR:g}")
+                raise ComputationError(f"no other {what} brings the body nearer to the measured curve; {CHECK}")
             break
         theta, here = theta + part * step, there
         cost = float(np.sum((here.values - fit.curve.values) ** 2))
@@ -127,8 +140,9 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
     slopes = here.slopes(names, _more(names, theta)) * units
     free = len(fit.curve.values) - len(names)
     information = slopes.T @ slopes
-    if free < 1 or np.linalg.cond(information) > 1e14:
-        raise ComputationError(f"the curve does not determine {' and '.join(names)}; fit fewer parameters")
+    if free < 1 or not np.linalg.cond(information) <= 1e14:
+        more = "fit fewer parameters" if len(names) > 1 else "give points at other pressures"
+        raise ComputationError(f"the curve does not determine {' and '.join(names)}; {more}")
     scale = np.sqrt(np.diag(np.linalg.inv(information)))
     correlation = np.linalg.inv(information) / np.outer(scale, scale)
     return Calibration(
@@ -196,6 +210,8 @@ class _Fit:
 
     def moved(self, near: _Solved, parameters: np.ndarray) -> _Solved | None:
         """The states with other parameters, from those with the parameters before; None if one is not found."""
+        if not LEAST_FACTOR <= 1.0 + parameters[0] <= MOST_FACTOR:
+            return None
         path, states = self.configurations(parameters), []
         for at, before, state in zip(path, near.path, near.states, strict=True):
             self.tangent.move_to(before, state)

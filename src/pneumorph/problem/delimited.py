@@ -24,7 +24,7 @@ TRIED = 400
 """Number of lines that decide about the layout."""
 
 UNITS_ROW = re.compile(
-    r"[(\[]?\s*(-|1|%|mm/mm|in/in|m/m|[cmµ]?m|in|inch|s|sec|min|°c|[mk]?n|lbf?|k?gf|[kmg]?pa|psi|ksi|n/mm(\^?2|²))?\s*[)\]]?",
+    r"[(\[]?\s*(-|1|%|mm/mm|in/in|m/m|[cmµ]?m|in|inch|s|sec|min|°c|[mk]?n|lbf?|k?gf|[kmg]?pa|psi|ksi|n/mm(\^?2|²)|deg|°|rad|m?bar)?\s*[)\]]?",
     re.IGNORECASE,
 )
 
@@ -164,8 +164,11 @@ def _titles(above: list[list[str]], width: int) -> list[str]:
     if not wide or sum(bool(cell) for cell in above[-1]) < 2:
         return [""] * width
     if len(wide) > 1 and all(UNITS_ROW.fullmatch(cell) for cell in wide[-1]):
-        return [
-            f"{name} [{unit.strip(' ()[]')}]" if unit.strip(" ()[]") else name
-            for name, unit in zip(wide[-2], wide[-1], strict=False)
-        ]
+        return [_with_unit(name, unit.strip(" ()[]")) for name, unit in zip(wide[-2], wide[-1], strict=False)]
     return wide[-1]
+
+
+def _with_unit(title: str, unit: str) -> str:
+    """A title with its unit, once where it has it already."""
+    has_it = re.search(r"[(\[]\s*" + re.escape(unit) + r"\s*[)\]]\s*$", title, re.IGNORECASE)
+    return f"{title} [{unit}]" if unit and not has_it else title

@@ -82,7 +82,8 @@ def read_measured(path: Path, chambers: Sequence[str] | None = None) -> Measured
         )
     ((motion, values),) = motions.items()
     if len(values) < LEAST:
-        raise ProblemError(f"{path}: has {len(values)} points; give at least {LEAST}")
+        count = f"{len(values)} {'point' if len(values) == 1 else 'points'}"
+        raise ProblemError(f"{path}: has {count}; give at least {LEAST}")
     return Measured(pressures, motion, values)
 
 
@@ -94,6 +95,10 @@ def name_and_unit(title: str) -> tuple[str, str]:
 
 def in_units(path: Path, title: str, unit: str, kind: Kind) -> float:
     """One of the unit of a title, in that of the code."""
+    if not unit:
+        raise ProblemError(
+            f'{path}: the title "{title}" has no unit; write e.g. "{title} ({kind.example.split()[-1]})"'
+        )
     try:
         return parse(f"1 {unit}", kind)
     except ValueError as error:
