@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from PIL import Image
 from records import entry, task_result
 from runs import inflated, waved
@@ -20,6 +21,7 @@ from pneumorph.output.animation import MOST_FRAMES, evolution, filled_in, inflat
 from pneumorph.output.bodies import bodies_figure
 from pneumorph.output.cuts import asked_view, task_view, view_of
 from pneumorph.output.figures import PAGE
+from pneumorph.output.marks import Arrow, Marks, draw_marks
 from pneumorph.output.scenes import scenes_of
 from pneumorph.output.section import cut_open, outline
 from pneumorph.output.sheet import sheet_figure
@@ -225,6 +227,26 @@ def test_loads_axes_and_scale_are_marked(fields, drawn):
     picture = figure.axes[0]
     per_mm = picture.get_position().width * figure.get_figwidth() / np.ptp(picture.get_xlim())
     assert np.ptp(lines[0].get_xdata()) == pytest.approx(float(bar.split()[0]) * per_mm)
+
+
+@pytest.mark.parametrize("at", [(-0.2, 0.1), (0.2, 0.1), (0.2, -0.1), (-0.2, -0.1)])
+def test_the_word_of_a_load_keeps_clear_of_a_target(at):
+    """Wherever a target is beside the end of an arrow, one of the four sides of that end has space for the word."""
+    figure = Figure(figsize=(2, 2), dpi=200)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set(xlim=(-1, 1), ylim=(-1, 1))
+    force = Arrow(np.zeros(3), np.array([1e-3, 0.0, 0.0]), "0.49 N")
+    draw_marks(
+        axes,
+        View(np.array([0.0, 1.0, 0.0]), elevation=0.0, turn=0.0),
+        Marks((force,), place=np.array([[at[0], 0.0, at[1]]])),
+    )
+    FigureCanvasAgg(figure).draw()
+    (word,) = [text for text in axes.texts if text.get_text()]
+    (cross,) = [line for line in axes.get_lines() if line.get_marker() == "+"]
+    place = axes.transData.transform(cross.get_xydata())[0]
+    box = word.get_window_extent()
+    assert not box.padded(4.0 * 200 / 72).contains(*place)
 
 
 def test_without_loads_nothing_says_so(problem, fields, drawn):

@@ -270,6 +270,7 @@ def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray
         Left, right, bottom and top, mm.
     """
     left, right, bottom, top = extent
+    axes.set(xlim=(left, right), ylim=(bottom, top))
     draw_clamp(axes, scene.view, scene.shape)
     axes.imshow(picture, extent=(left, right, bottom, top), zorder=2)
     if scene.marks.outlined:

@@ -32,6 +32,9 @@ ARROW = 0.22
 CLAMP = 0.03
 """Thickness of the clamp below the base, as a fraction of the body's length."""
 
+MARK = 5.0
+"""Half the size of the mark at a target, in points."""
+
 HALO = (withStroke(linewidth=2.2, foreground="white"),)
 NOTHING = np.zeros((0, 3))
 
@@ -154,26 +157,47 @@ def draw_marks(axes: Axes, view: View, marks: Marks) -> None:
         axes.plot(*view.flat(marks.place).T, **_PLACE, path_effects=HALO, zorder=5)
     if len(marks.looks):
         _arrow(axes, view.flat(marks.looks), "black", (0, (4, 2)))
+    pointed = view.flat(np.concatenate([marks.place, marks.wanted, marks.reached]))
     for arrow in marks.arrows:
-        _load(axes, view, arrow)
+        _load(axes, view, arrow, pointed)
 
 
-def _load(axes: Axes, view: View, arrow: Arrow) -> None:
+def _load(axes: Axes, view: View, arrow: Arrow, others: np.ndarray) -> None:
+    """Draw a load, whose word keeps clear of the marks at other points (n, 2)."""
     flat = view.flat(arrow.ends)
     shift = flat[1] - flat[0]
-    words = {"color": LOAD, "fontsize": SMALL, "path_effects": HALO, "zorder": 7}
     if np.linalg.norm(shift) < 0.25 * np.linalg.norm(arrow.vector):
         # Seen along itself: a dot for a head, a cross for a tail.
         near = float(arrow.vector @ view.axes()[2]) > 0
         inner = {"marker": "o", "markersize": 2.5} if near else {"marker": "x", "markersize": 4.5}
         axes.plot(*flat[:1].T, "o", color=LOAD, markersize=8, fillstyle="none", path_effects=HALO, zorder=6)
         axes.plot(*flat[:1].T, color=LOAD, linestyle="", zorder=6, **inner)
-        axes.annotate(arrow.word, flat[0], (6, 4), textcoords="offset points", **words)
+        _word(axes, arrow.word, flat[0], (6, 4), others)
         return
     for part in (1.0, 0.78)[: arrow.heads]:
         _arrow(axes, np.array([flat[0], flat[0] + part * shift]), LOAD)
     free = flat[0] if arrow.vector[2] < 0 else flat[1]
-    axes.annotate(arrow.word, free, (4, 2), textcoords="offset points", **words)
+    _word(axes, arrow.word, free, (4, 2), others)
+
+
+def _word(axes: Axes, text: str, at: np.ndarray, offset: tuple[float, float], others: np.ndarray) -> None:
+    """Write a word beside a point (2,), on the first of its four sides that is clear of other points (n, 2).
+
+    The axes have their limits already: sizes are compared in points.
+    """
+    points = (axes.transData.transform(others) - axes.transData.transform(at)) * 72.0 / axes.figure.dpi
+    size = np.array([0.6 * SMALL * len(text), SMALL])
+    for side in ((1, 1), (-1, 1), (1, -1), (-1, -1)):
+        corner = np.array(side) * offset
+        low, high = np.minimum(corner, corner + side * size) - MARK, np.maximum(corner, corner + side * size) + MARK
+        if not np.any(np.all((low < points) & (points < high), axis=1)):
+            break
+    else:
+        side, corner = (1, 1), np.array(offset)
+    axes.annotate(
+        text, at, tuple(corner), textcoords="offset points", color=LOAD, fontsize=SMALL, path_effects=HALO, zorder=7,
+        ha="left" if side[0] > 0 else "right", va="bottom" if side[1] > 0 else "top",
+    )  # fmt: skip
 
 
 def _arrow(axes: Axes, ends: np.ndarray, colour: str, dashes: Any = "-") -> None:
