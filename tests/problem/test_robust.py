@@ -62,3 +62,12 @@ def test_what_bears_loads_beside_the_rubber_is_refused(rest):
 def test_without_the_table_designs_are_not_robust():
     assert isinstance(loads(problem_text(EXTEND)), Problem)
     assert loads(problem_text(EXTEND)).robust is None
+
+
+@pytest.mark.parametrize(
+    ("table", "key"),
+    [('shift = "1 mm"', "robust.shift"), ('tilt = "5 deg"', "robust.tilt"), ('tilt = "90 deg"', "robust.tilt")],
+)
+def test_cores_that_would_leave_their_walls_are_refused(table, key):
+    with pytest.raises(ProblemError, match=rf"^{key}: .*limits\.wall"):
+        with_robust(table)

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pneumorph.errors import ProblemError
 from pneumorph.problem import Problem
 from pneumorph.problem.beam import column_load
-from pneumorph.proposals import Target, draw_candidates
+from pneumorph.proposals import Plan, Target, draw_candidates, propose
 from pneumorph.proposals.candidates import draw_candidate, suited
 from pneumorph.proposals.estimates import BUCKLED, ballooning, impossible
 from pneumorph.proposals.layouts import LAYOUTS
@@ -222,3 +223,18 @@ def test_thread_in_one_sense_is_wound_against_the_twist_that_is_asked(motion, si
         [thread] = each.posed.fibres
         assert thread.families == 1 and np.sign(thread.winding.start) == sign
         assert each.posed.body.symmetry.rotation == 3
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (target("bending_y", radius=2.0), r"^space: no body was found .*walls of 2 mm leave no chamber"),
+        (
+            target("bending_y", task=[{"name": "go", "objective": {"kind": "workspace", "axes": ["x", "z"]}}]),
+            r"^task\[0\]\.objective\.kind: has 1 task",
+        ),
+    ],
+)
+def test_a_target_for_which_no_body_is_found_is_refused_before_any_is_designed(tmp_path, asked, words):
+    with pytest.raises(ProblemError, match=words):
+        propose(asked, tmp_path, Plan(candidates=4), lambda *_: pytest.fail("nothing is designed"), 1)

@@ -100,7 +100,7 @@ export function memberTable(members) {
       { text: facts.result ? (facts.result.completed ? "finished" : "failed") : "begun", value: facts.result?.reason ?? "" },
     ];
   });
-  const heads = ["member", ...keys.map((key) => key.split(".").at(-1).replaceAll("_", " ")), ...tasks.map((name) => (alike.has(name) ? `${name}: ${alike.get(name)}` : name)), "objective", "limits", "designs", "time, s", "state"];
+  const heads = ["member", ...named(keys), ...tasks.map((name) => (alike.has(name) ? `${name}: ${alike.get(name)}` : name)), "objective", "limits", "designs", "time, s", "state"];
   return { heads, rows };
 }
 
@@ -126,4 +126,12 @@ export function sorted(rows, column, down) {
 export function fits(cells, words) {
   const all = cells.map(({ text }) => text).join(" ").toLowerCase();
   return words.toLowerCase().split(/\s+/).every((word) => all.includes(word));
+}
+
+// The last part of each key as words, and as many of the parts before it as tell keys apart: "body radius", "chamber[0] radius".
+export function named(keys) {
+  const ends = (key, count) => key.split(".").slice(-count).join(" ").replaceAll("_", " ");
+  const most = Math.max(1, ...keys.map((key) => key.split(".").length));
+  const counts = Array.from({ length: most }, (_, index) => index + 1);
+  return keys.map((key) => ends(key, counts.find((count) => keys.every((other) => other === key || ends(other, count) !== ends(key, count))) ?? most));
 }

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { fits, memberTable, sorted } from "../src/study.js";
+import { fits, memberTable, named, sorted } from "../src/study.js";
 
 const member = (name, changes, value, held, word = "bending") => ({
   member: { name, changes },
@@ -39,4 +39,10 @@ test("a filter needs every word", () => {
   assert.deepEqual(kept("satisfied"), ["soft", "free"]);
   assert.deepEqual(kept("SATISFIED 50"), ["soft"]);
   assert.deepEqual(kept(""), ["soft", "stiff", "free"]);
+});
+
+test("keys that end alike are told apart by what is before", () => {
+  assert.deepEqual(named(["body.radius", "body.chamber[0].radius", "mesh.size"]), ["body radius", "chamber[0] radius", "size"]);
+  assert.deepEqual(named(["body.chamber[0].center[1]", "body.chamber[1].center[1]"]), ["chamber[0] center[1]", "chamber[1] center[1]"]);
+  assert.deepEqual(named([]), []);
 });

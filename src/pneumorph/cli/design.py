@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shlex import quote
 
 import typer
 from rich.console import Console
@@ -72,7 +73,7 @@ def design(
         asked = asked.with_changes({"optimizer.iterations": iterations})
     run = prepare_run(asked, out or Path("runs") / problem.stem, resume, begin=begin)
     again = "" if iterations is None else f" --iterations {iterations}"
-    command = f"pneumorph design {problem} --out {run.path}{again} --resume"
+    command = f"pneumorph design {quote(str(problem))} --out {quote(str(run.path))}{again} --resume"
     console = Console()
     designed = False
     try:
@@ -105,7 +106,7 @@ def design(
             if not all_reached(targets_reached(run.problem, run.history)):
                 raise typer.Exit(MISSED)
     except Interrupted as stop:
-        left = f"the run in {run.path} is complete; draw its pictures with: pneumorph draw {run.path} all"
+        left = f"the run in {run.path} is complete; draw its pictures with: pneumorph draw {quote(str(run.path))} all"
         raise stop.saying(f"stopped; {left if designed else _saved(run, command)}") from None
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from shlex import quote
 
 from pneumorph import bodies
 from pneumorph.bodies import Start
@@ -46,8 +47,7 @@ def new(name: Path, kind: str, sizes: Sequence[str] = ()) -> None:
         raise ProblemError(f'--size: is for {", ".join(BODIES)}; change the file of a "{kind}" instead')
     start = Start(text_of(kind)) if kind in KINDS else _start(kind, sizes)
     path = start.write(name)
-    shown = f'"{path}"' if " " in str(path) else str(path)
-    print(f"written to {path}; change it, then: pneumorph check {shown}")
+    print(f"written to {path}; change it, then: pneumorph check {quote(str(path))}")
 
 
 def _start(kind: str, sizes: Sequence[str]) -> Start:

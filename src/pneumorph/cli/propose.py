@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from shlex import quote
 
 from rich.console import Console
 from rich.table import Table
@@ -106,7 +107,8 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
         say_where(Text(f"what one wish costs of the other: {front}"))
     say_where(Text(f"everything in one page: {write_page(best, folder)}"))
     first = best[0]
-    again = f"pneumorph design {first.run}/problem.toml --out {first.run} --resume --iterations 40"
+    where, problem = quote(str(first.run)), quote(f"{first.run}/problem.toml")
+    again = f"pneumorph design {problem} --out {where} --resume --iterations 40"
     said = f"The best is {first.run}: {first.achieved}. To go on with it: {again}"
     say_where(Text(said if first.final else f"{said} ({first.lost}, so its motion is that of a coarse one)"))
     if reaches(first) in (None, Reached.NO) and first.run is not None:
@@ -120,14 +122,15 @@ def _further(run: Path) -> Iterator[str]:
     with suppress(ComputationError, ProblemError), doing.doing("finding where a further chamber would help"):
         for each in places_in(run)[0][:1]:
             yield f"A further chamber: {words(open_run(run).problem, each)}. For a problem with it:"
-            yield f"pneumorph check {run} --quick --insert FILE.toml"
+            yield f"pneumorph check {quote(str(run))} --quick --insert FILE.toml"
 
 
 def _sheet(best: Sequence[Proposal]) -> Table:
     """What is known of the proposals."""
     table = Table()
-    for heading in ("proposal", "result", "pressures", "margin to ballooning", "rubber", "making", "time"):
-        table.add_column(heading, overflow="fold")
+    _column(table, "proposal", [each.run.name for each in best if each.run is not None])
+    for heading in ("result", "pressures", "margin to ballooning", "rubber", "making", "time"):
+        _column(table, heading)
     for values in sheet_rows(best):
         table.add_row(*(Text(printable(value)) for value in values))
     return table
@@ -135,9 +138,16 @@ def _sheet(best: Sequence[Proposal]) -> Table:
 
 def _table(title: str, proposals: Sequence[Proposal]) -> Table:
     table = Table(title=printable(title), title_style="bold")
-    for heading in ("candidate", "body", "achieved", "why it did not go on"):
-        table.add_column(heading, overflow="fold")
+    _column(table, "candidate", [each.candidate.name for each in proposals])
+    for heading in ("body", "achieved", "why it did not go on"):
+        _column(table, heading)
     for each in proposals[:SHOWN]:
         style = "green" if each.final else ""
         table.add_row(Text(each.candidate.name, style=style), each.candidate.words, each.achieved, printable(each.lost))
     return table
+
+
+def _column(table: Table, heading: str, whole: Sequence[str] = ()) -> None:
+    """Add a column in which no word of its heading is cut, nor any of these values, up to a third of the screen."""
+    least = max(map(len, [*heading.split(), *whole]))
+    table.add_column(heading, overflow="fold", min_width=min(least, 26))

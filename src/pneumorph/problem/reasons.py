@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from pneumorph.errors import ProblemError, clipped, short
-from pneumorph.problem.table import TAG, InvalidKey, Table
+from pneumorph.problem.table import TAG, InvalidKey, Table, UnknownKey
 
 MOST = 300
 """Characters of a message about something in a file."""
@@ -32,16 +32,19 @@ def faults_of(error: ValidationError) -> list[tuple[str, str]]:
     errors = error.errors()
     # A list with an invalid entry is also reported as too short; leave that report out.
     within = {each["loc"][:length] for each in errors for length in range(len(each["loc"]))}
-    return [_fault(error) for error in errors if error["type"] != "too_short" or error["loc"] not in within]
+    top = _keys_of(error.title)
+    return [_fault(each, top) for each in errors if each["type"] != "too_short" or each["loc"] not in within]
 
 
-def _fault(error: Any) -> tuple[str, str]:
+def _fault(error: Any, top: Sequence[str]) -> tuple[str, str]:
     path = [part for part in error["loc"] if not str(part).startswith(TAG)]
     context = error.get("ctx", {})
     if isinstance(context.get("error"), InvalidKey):
         path.append(context["error"].key)
     if path and path[-1] == "[key]":
         path.pop()
+    if isinstance(context.get("error"), UnknownKey) and len(path) > 1 and path[-1] in top:
+        return key_of(path), f"belongs to the top of the file; write {path[-1]} above the first line in brackets"
     return key_of(path), _reason(error["type"], error.get("input"), context, error["msg"])
 
 
@@ -68,6 +71,8 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
         case "dict_type":
             return 'should be a table; write e.g. { A = "60 kPa" }'
         case "tuple_type":
+            if isinstance(given, str):
+                return f"should be a list; write it in brackets, [{_shown(given)}]"
             return "should be a list (a list of tables is written with double brackets, [[...]])"
         case "too_short":
             what = "has too few entries" if context["actual_length"] else "is empty"

@@ -28,6 +28,9 @@ ROUNDING = 1e-9
 MOST_UNKNOWN = 100
 """Unknown keys of a table that are named; files may have thousands."""
 
+NEAR = 0.65
+"""Likeness of an unknown key from which on a known one is suggested in its place."""
+
 TAG = "="
 """Prefix of the tags of alternative tables: they appear in the paths of pydantic's errors but are not keys."""
 
@@ -38,6 +41,10 @@ class InvalidKey(ValueError):
     def __init__(self, key: str, reason: str):
         super().__init__(reason)
         self.key = key
+
+
+class UnknownKey(InvalidKey):
+    """A table has a key that it should not have, for the reason given."""
 
 
 @dataclass(frozen=True)
@@ -124,19 +131,21 @@ class Table(BaseModel):
 
     @classmethod
     def _unknown_and_missing(cls, data: dict[Any, Any]) -> Iterator[InitErrorDetails]:
-        def fault(key: str, reason: str) -> InitErrorDetails:
-            error = InvalidKey(key, reason)
+        def fault(key: str, reason: str, kind: type[InvalidKey] = InvalidKey) -> InitErrorDetails:
+            error = kind(key, reason)
             return InitErrorDetails(type="value_error", loc=(), input=None, ctx={"error": error})
 
         for key in islice((key for key in data if key not in cls.model_fields), MOST_UNKNOWN):
             if key in cls.instead:
                 yield fault(key, cls.instead[key])
                 continue
-            near = difflib.get_close_matches(short(key), cls.model_fields, n=1)
+            begun = [known for known in cls.model_fields if len(str(key)) > 1 and known.startswith(str(key))]
+            near = difflib.get_close_matches(short(key), cls.model_fields, n=1, cutoff=NEAR) or begun
             yield fault(
                 key,
                 "unknown key; "
                 + (f'did you mean "{near[0]}"?' if near else f"the keys here are {', '.join(cls.model_fields)}"),
+                UnknownKey,
             )
         for key, field in cls.model_fields.items():
             if field.is_required() and key not in data:

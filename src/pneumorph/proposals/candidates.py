@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -21,6 +23,9 @@ COARSE = 0.42
 
 SAFE = 0.8
 """Pressure at which a chamber starts at most, over the one at which it would balloon by the estimate."""
+
+_KEY = re.compile(r"(task|end_effector|gravity|material|pressure|title)\b[\w.\[\]]*: ")
+"""How a reason begins that is about what a target says beside its space and limits."""
 
 REDRAWS = 20
 """Draws of a candidate until its body fits."""
@@ -71,6 +76,21 @@ def draw_candidates(target: Target, count: int, seed: int = 0) -> Iterator[Candi
         rng = np.random.default_rng([seed, index])
         layout = layouts[index % len(layouts)]
         yield draw_candidate(target, layout, f"{index + 1:02d}-{layout.name}", iter(rng.random, None))
+
+
+def why_none(drawn: Sequence[Candidate]) -> str:
+    """Why no body was found for any candidate, as a sentence with its key."""
+    reasons = Counter(each.reason for each in drawn)
+    reason, times = reasons.most_common(1)[0]
+    if times > len(drawn) / 2 and _KEY.match(reason):
+        # What is wrong with the target itself is wrong with every body.
+        return reason
+    first = {each.layout: each.reason for each in reversed(drawn)}
+    shown = "; ".join(f"{layout}: {why}" for layout, why in list(reversed(first.items()))[:2])
+    return (
+        f"space: no body was found that fits into it in {len(drawn)} draws; make the space larger, limits.wall or the "
+        f"loads smaller, or try more --candidates ({shown})"
+    )
 
 
 def draw_candidate(target: Target, layout: Layout, name: str, numbers: Iterator[float]) -> Candidate:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pneumorph.errors import ProblemError
 from pneumorph.proposals.by_wishes import designed_on, judged, unbeaten_first
-from pneumorph.proposals.candidates import Candidate, draw_candidates
+from pneumorph.proposals.candidates import Candidate, draw_candidates, why_none
 from pneumorph.proposals.estimates import impossible
 from pneumorph.proposals.further import with_further_chamber
 from pneumorph.proposals.proposal import Plan, Proposal
@@ -60,7 +60,7 @@ def propose(
     Raises
     ------
     ProblemError
-        If the target is out of reach by an estimate, or the directory contains something else.
+        If the target is out of reach by an estimate, no body is found for it, or the directory contains something else.
     """
     if words := impossible(target):
         raise ProblemError(words)
@@ -70,6 +70,8 @@ def propose(
     drawn = list(draw_candidates(target, plan.candidates, plan.seed))
     lost: Lost = {each.name: (f"no body was found: {each.reason}", -1) for each in drawn if each.problem is None}
     going = [each for each in drawn if each.problem is not None]
+    if not going:
+        raise ProblemError(why_none(drawn))
     for stage in range(len(plan.stages)):
         going = _compared(search, going, stage, lost)
     if (added := _further(search, going)) is not None:

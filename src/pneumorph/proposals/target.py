@@ -13,6 +13,7 @@ The tables end_effector, gravity, task and limits are those of a problem file. A
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -174,6 +175,15 @@ class Target(Table):
             raise ValueError("names the same twice; name each once")
         return wishes
 
+    @field_validator("task")
+    @classmethod
+    def _different_names(cls, tasks: tuple[Wish, ...]) -> tuple[Wish, ...]:
+        names = [task.name for task in tasks]
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                raise ValueError(f'the name "{name}" is used twice; give each task a different one')
+        return tasks
+
     @field_validator("material", mode="before")
     @classmethod
     def _one_or_several(cls, given: Any) -> Any:
@@ -213,7 +223,8 @@ def load_target(path: str | Path) -> Target:
     for key in ("body", "design", "region", "membrane", "fibres"):
         if key in data:
             raise ProblemError(
-                f"{key}: is what is looked for; leave it out, or design this body: pneumorph design {path}"
+                f"{key}: is for a problem with a body, and a target has none; leave it out, or design that body: "
+                f"pneumorph design {shlex.quote(str(path))}"
             )
     try:
         return Target.model_validate(data)

@@ -9,6 +9,7 @@ from pneumorph.cad.stl import MOST_TRIANGLES
 from pneumorph.problem.acting import acting, faults_of_loads, has_weight
 from pneumorph.problem.checks.axis import check_axis, check_uses
 from pneumorph.problem.checks.chambers import check_chambers, check_walls
+from pneumorph.problem.checks.contradictions import check_contradictions
 from pneumorph.problem.checks.dome import check_dome
 from pneumorph.problem.checks.enclosed import check_enclosed
 from pneumorph.problem.checks.limits import (
@@ -41,7 +42,7 @@ def inconsistencies(problem: Tables) -> list[Fault]:
     Checks that rely on others are left out if these have found something.
     """
     limited = (check_ranges, check_sensitivities, check_stiffnesses, check_states)
-    states = (_tasks, _workspace, check_enclosed, *limited, check_robust)
+    states = (_tasks, check_contradictions, _workspace, check_enclosed, *limited, check_robust)
     if problem.solid:
         together = (_names, check_solid, *states, _contact, check_obstacles)
         return [fault for check in together for fault in check(problem)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from pneumorph.problem.tables import Tables
@@ -21,8 +22,12 @@ def check_robust(problem: Tables) -> Iterator[tuple[str, str]]:
     for what, there in beside.items():
         if there:
             yield "robust", f"is not possible with {what} yet; leave it out"
-    if problem.robust.wall >= problem.limits.wall / 2:
-        yield (
-            "robust.wall",
-            f"{problem.robust.wall:g} mm is half of limits.wall = {problem.limits.wall:g} mm or more; make it smaller",
-        )
+    half = f"half of limits.wall = {problem.limits.wall:g} mm or more"
+    for key, moved in (("wall", problem.robust.wall), ("shift", problem.robust.shift)):
+        if moved >= problem.limits.wall / 2:
+            yield f"robust.{key}", f"{moved:g} mm is {half}; make it smaller"
+    if not problem.solid:
+        longest = max(end - start for start, end in (each.span for each in problem.body.chamber))
+        if (moved := longest * math.tan(min(problem.robust.tilt, 1.0))) >= problem.limits.wall / 2:
+            tilt = math.degrees(problem.robust.tilt)
+            yield "robust.tilt", f"{tilt:g} deg moves the end of a core by {moved:.3g} mm, {half}; make it smaller"
