@@ -18,7 +18,8 @@ def check_contradictions(problem: Tables) -> Iterator[tuple[str, str]]:
     for index, task in enumerate(problem.task):
         held = {MOTION_OF.get(name, name): value for name, value in acting(problem, task).hold.values.items()}
         for key, motion, value in _asked(problem, index, task):
-            if motion in held and abs(held[motion] - value) > ROUNDING:
+            of_all = key.startswith("limits.")
+            if motion in held and not of_all and abs(held[motion] - value) > ROUNDING:
                 at = f" at {_amount(motion, held[motion])}" if held[motion] else ""
                 yield key, f"{motion} is held{at}, so it does not change; leave it out here, or in hold"
             for where, limit, most in _limited(problem, index, task, motion):

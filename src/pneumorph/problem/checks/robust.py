@@ -27,7 +27,7 @@ def check_robust(problem: Tables) -> Iterator[tuple[str, str]]:
         if moved >= problem.limits.wall / 2:
             yield f"robust.{key}", f"{moved:g} mm is {half}; make it smaller"
     if not problem.solid:
-        longest = max(end - start for start, end in (each.span for each in problem.body.chamber))
+        longest = max(end - start for start, end in (each.span for each in problem.tubes.chamber))
         if (moved := longest * math.tan(min(problem.robust.tilt, 1.0))) >= problem.limits.wall / 2:
             tilt = math.degrees(problem.robust.tilt)
             yield "robust.tilt", f"{tilt:g} deg moves the end of a core by {moved:.3g} mm, {half}; make it smaller"
