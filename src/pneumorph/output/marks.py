@@ -195,7 +195,8 @@ def _word(axes: Axes, text: str, at: np.ndarray, offset: tuple[float, float], ot
     else:
         side, corner = (1, 1), np.array(offset)
     axes.annotate(
-        text, (at[0], at[1]), tuple(corner), textcoords="offset points", color=LOAD, fontsize=SMALL, path_effects=HALO, zorder=7,
+        text, (at[0], at[1]), tuple(corner), textcoords="offset points", color=LOAD, fontsize=SMALL,
+        path_effects=HALO, zorder=7,
         ha="left" if side[0] > 0 else "right", va="bottom" if side[1] > 0 else "top",
     )  # fmt: skip
 
