@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from texts import problem_text
+from tiny import tiny
 from typer.testing import CliRunner
 
 from pneumorph.cli import app
@@ -12,7 +13,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.tolerance import read_tolerances
 from pneumorph.output import thickening
-from pneumorph.problem import load, loads
+from pneumorph.problem import Problem, load, loads
 from pneumorph.problem.material import elastomer
 from pneumorph.problem.sources import range_of
 
@@ -93,3 +94,20 @@ def test_where_more_rubber_matters_is_drawn(file, tmp_path, monkeypatch):
     changes = report.thickening["extend"]["extension"]
     np.testing.assert_allclose(panel.shape.field, 10.0 * changes)
     assert np.count_nonzero(changes < 0.0) > np.count_nonzero(changes > 0.0)
+
+
+def test_the_share_of_castings_that_balloon_is_told_and_where_they_do_within_a_deviation_none_is_solved():
+    table = loads(tiny()).model_dump(mode="json", exclude_none=True)
+    table["material"] = {"model": "neo-hookean", "shear_modulus": "0.25 MPa", "bulk_modulus": "2 MPa"}
+    table["material"] |= {"density": "1 g/cm^3", "compressible": True}
+    table["body"]["chamber"][0]["radius"] = "5.5 mm"
+    design = starting_design(Problem.model_validate(table))
+    rough = design.tolerance(rubber="40 %")
+    found = rough.ballooning["extend"]
+    assert 0.16 < found.share < 0.5 and not rough.solved["extend"] and not rough.second["extend"]
+    assert f"about {100 * found.share:.0f} % of castings" in str(rough)
+    assert rough.to_json()["extend"]["ballooning"]["share"] == found.share
+    # Where fewer do, castings off by one deviation have states.
+    fine = design.tolerance(rubber="15 %")
+    assert 0.0 < fine.ballooning["extend"].share < 0.1
+    assert fine.solved["extend"]["extension"].up > fine.tasks["extend"].motion[2]

@@ -18,7 +18,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.refine import refine
-from pneumorph.optimize import DesignAccepted, Divided, Finished, design, loop, start
+from pneumorph.optimize import DesignAccepted, Divided, Finished, NotDivided, design, finer, loop, start
 from pneumorph.optimize.buckling import judge
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.finer import with_finer_mesh
@@ -98,20 +98,28 @@ def test_a_design_that_has_outgrown_its_mesh_gets_smaller_elements(coarse):
     """Its error is as asked for afterwards, and so it is after remeshing."""
     problem, setup, current = coarse.problem, coarse.setup, coarse.iterate()
     events = list(follow := Kept(with_finer_mesh(setup, current, Clock())))
-    finer = follow.value
+    after = follow.value
     assert events and all(isinstance(event, Divided) for event in events)
-    assert events[0].share == coarse.share and events[-1].elements == finer.disc.model.elements
-    assert largest_share(problem, finer.errors) <= 0.03
+    assert events[0].share == coarse.share and events[-1].elements == after.disc.model.elements
+    assert largest_share(problem, after.errors) <= 0.03
     # What earlier designs gained stays.
-    (before, own) = finer.learnt.objectives
-    assert own == finer.analysis.value and own - before == pytest.approx(coarse.analysis.value - 1.0)
+    (before, own) = after.learnt.objectives
+    assert own == after.analysis.value and own - before == pytest.approx(coarse.analysis.value - 1.0)
     P = coarse.analysis.points
-    again = setup.discretise(setup.space.body(coarse.phi), 0.0, finer.disc.morph.at(P))
-    assert 0.6 < again.model.elements / finer.disc.model.elements < 1.6
-    arrays = checkpoint.pack(finer.analysis, finer.disc)
+    again = setup.discretise(setup.space.body(coarse.phi), 0.0, after.disc.morph.at(P))
+    assert 0.6 < again.model.elements / after.disc.model.elements < 1.6
+    arrays = checkpoint.pack(after.analysis, after.disc)
     restored, analysis = checkpoint.unpack(problem, setup.space, arrays)
-    np.testing.assert_array_equal(restored.morph.mesh.halved, finer.disc.morph.mesh.halved)
-    assert analysis.value == pytest.approx(finer.analysis.value, rel=1e-5)
+    np.testing.assert_array_equal(restored.morph.mesh.halved, after.disc.morph.mesh.halved)
+    assert analysis.value == pytest.approx(after.analysis.value, rel=1e-5)
+
+
+def test_a_design_without_a_state_on_the_finer_mesh_keeps_its_own_and_says_so(coarse, monkeypatch):
+    monkeypatch.setattr(finer, "analyse", lambda *_, **__: NoEquilibrium("task move: it balloons", 0.5, None))
+    current = coarse.iterate()
+    (event,) = list(follow := Kept(with_finer_mesh(coarse.setup, current, Clock())))
+    assert isinstance(event, NotDivided) and event.share == coarse.share and "it balloons" in event.reason
+    assert follow.value is current
 
 
 def test_errors_are_estimated_where_a_design_may_have_outgrown_its_mesh(coarse):
@@ -144,8 +152,8 @@ def test_a_run_that_ends_early_goes_on_with_its_last_design_on_a_finer_mesh(coar
     events = list(design(problem, settings=few))
     accepted = [event for event in events if isinstance(event, DesignAccepted)]
     assert [event.iteration for event in accepted] == [0, 1] and isinstance(events[-1], Finished)
-    coarser, finer = (event.entry for event in accepted)
-    assert not coarser.finer and recorded_share(problem, finer) <= 0.03 and finer.elements > coarser.elements
+    coarser, last = (event.entry for event in accepted)
+    assert not coarser.finer and recorded_share(problem, last) <= 0.03 and last.elements > coarser.elements
     np.testing.assert_array_equal(accepted[0].state["phi"], accepted[1].state["phi"])
 
 

@@ -28,6 +28,7 @@ from pneumorph.analysis.tolerances import (
     modulus_of,
     moved_by,
     pressure_of,
+    scales,
     shape_causes,
     stiffness_of,
 )
@@ -109,14 +110,14 @@ def one_deviation(whole: Solved, task: str, scatter: Scatter, motion: int) -> On
     motion : number of the motion among the six.
     """
     deviation = float(scatter.deviations[motion])
-    if not _scales(whole.analysis.configurations[task]) or not deviation:
+    if not scales(whole.analysis.configurations[task]) or not deviation:
         return None
     direction = np.array([cause.tolerance * cause.by[motion] for cause in scatter.causes]) / deviation
     return castings_along(whole, task, scatter, motion, direction)
 
 
 def castings_along(whole: Solved, task: str, scatter: Scatter, motion: int, direction: np.ndarray) -> OneDeviation:
-    """A motion of the castings off by a unit direction of the causes, and by its opposite.
+    """A motion of the castings off by a direction of the causes, and by its opposite.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.n
     factors : rising.
     """
     at, disc = whole.analysis.configurations[task], whole.disc
-    if not _scales(at):
+    if not scales(at):
         return None
     path = [as_cast(at, None, {MODULUS: factor - 1.0}) for factor in reversed(factors)]
     motions: list[np.ndarray | None] = []
@@ -157,12 +158,6 @@ def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.n
         else:
             motions.append(None)
     return motions[::-1]
-
-
-def _scales(at: Configuration) -> bool:
-    """Whether `as_cast` has castings of any modulus."""
-    model = at.model
-    return not (model.contact is not None or at.enclosed or len(model.rubbers) > 1)
 
 
 def _solved(whole: Solved, task: str, moved: np.ndarray, changes: Mapping[str, float], motion: int) -> float | None:

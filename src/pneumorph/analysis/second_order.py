@@ -1,9 +1,9 @@
 """The deviation of a motion to second order, where its curvature along a few directions of the causes is known.
 
 With causes as independent normal variables ε of deviation 1, m = m₀ + gᵀε + ½ εᵀHε has the variance |g|² + ½ tr H².
-Along orthogonal unit directions d, two solutions at ±d have ½ dᵀHd = b beyond m₀ in the mean, and 2b² of the variance
-is due to it. The directions are that of the motion's own gradient, and what is left of those of the tip's other
-motions: a finger that its core's shift bends to the side becomes shorter both ways, which no first derivative tells.
+Along orthogonal unit directions d, two solutions at ±h d have h² ½ dᵀHd = h² b beyond m₀ in the mean, and 2b² of the
+variance is due to it. The directions are that of the motion's own gradient, and what is left of those of other motions
+of the tip: a finger that its core's shift bends to the side becomes shorter both ways, which no first derivative tells.
 What other directions and pairs of them add is left out, and motions are not quadratic: the deviation is a rough one.
 """
 
@@ -20,6 +20,9 @@ FURTHER, LARGE = 2, 0.5
 """Most directions of other motions, and the least deviation of what is left of one, relative to that of the motion
 itself: others bend the body too little to matter."""
 
+NEAR = 0.5
+"""h in the further directions, where a body of which a deviation bends it by 30° is found with few factorisations."""
+
 
 def second_order(whole: Solved, task: str, scatter: Scatter, motion: int, own: OneDeviation) -> float | None:
     """The standard deviation of a motion to second order, mm or rad; None where a casting has no stable state.
@@ -33,11 +36,12 @@ def second_order(whole: Solved, task: str, scatter: Scatter, motion: int, own: O
     own : the castings along the motion's own gradient.
     """
     variance = scatter.deviations[motion] ** 2
-    found = [own, *(castings_along(whole, task, scatter, motion, each) for each in further_directions(scatter, motion))]
-    for each in found:
+    further = further_directions(scatter, motion)
+    found = [(1.0, own), *((NEAR, castings_along(whole, task, scatter, motion, NEAR * each)) for each in further)]
+    for size, each in found:
         if each.up is None or each.down is None:
             return None
-        variance += 2.0 * ((each.up + each.down) / 2.0 - scatter.motion[motion]) ** 2
+        variance += 2.0 * (((each.up + each.down) / 2.0 - scatter.motion[motion]) / size**2) ** 2
     return float(np.sqrt(variance))
 
 

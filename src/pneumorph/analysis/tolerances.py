@@ -162,6 +162,12 @@ def moved_by(morph: Morph, X: np.ndarray, changes: Mapping[str, float]) -> np.nd
     return sum(moving, np.zeros_like(X))
 
 
+def scales(at: Configuration) -> bool:
+    """Whether `as_cast` has castings of any modulus: not with contact, sealed or filled chambers, or two rubbers."""
+    model = at.model
+    return not (model.contact is not None or at.enclosed or len(model.rubbers) > 1)
+
+
 def as_cast(at: Configuration, motion: np.ndarray | None, changes: Mapping[str, float]) -> Configuration:
     """A casting in which nodes have moved and causes have changed.
 

@@ -23,6 +23,7 @@ from pneumorph.optimize import (
     Event,
     Finished,
     MeshKept,
+    NotDivided,
     Remeshed,
     Started,
 )
@@ -106,6 +107,11 @@ class Screen:
                 self.say(
                     f"design {event.iteration}: the error of the mesh is {100 * event.share:.2g} %; elements that "
                     f"contribute most are divided, which gives {event.elements}{part_note(event.part)}"
+                )
+            case NotDivided():
+                self.say(
+                    f"design {event.iteration}: the error of the mesh is {100 * event.share:.2g} %, but elements are "
+                    f"not divided: {event.reason}"
                 )
             case MeshKept():
                 self._note(

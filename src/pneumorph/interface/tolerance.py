@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,12 +13,14 @@ import numpy as np
 from pneumorph.analysis.near import Solved, analyse_near
 from pneumorph.analysis.scatter import OneDeviation, one_deviation, scatter_of, with_moduli
 from pneumorph.analysis.second_order import second_order
+from pneumorph.analysis.survival import Ballooning, ballooning_of
 from pneumorph.analysis.thickening import thickenings
 from pneumorph.analysis.tolerances import Tolerances, of_sources
 from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.interface.drawing import saved
+from pneumorph.mechanics import part_of
 from pneumorph.mesh import TetMesh
 from pneumorph.output.thickening import thickening_figure
 from pneumorph.problem import Problem, Task
@@ -58,6 +61,8 @@ class ToleranceReport:
         Of the motions that tasks are about, where castings perturbed by one deviation could be solved.
     second : {task: {motion: float}}
         Deviations of these motions to second order, mm or rad, where all castings for them had stable states.
+    ballooning : {task: Ballooning}
+        Of the tasks in which some castings may balloon.
     mesh : TetMesh
         Of the whole body at rest.
     thickening : {task: {motion: (N,)}}
@@ -80,6 +85,7 @@ class ToleranceReport:
     tasks: Mapping[str, Scatter]
     solved: Mapping[str, Mapping[str, OneDeviation]]
     second: Mapping[str, Mapping[str, float]]
+    ballooning: Mapping[str, Ballooning]
     mesh: TetMesh
     thickening: Mapping[str, Mapping[str, np.ndarray]]
     ends: Mapping[str, Mapping[float, np.ndarray | None]] = field(default_factory=dict)
@@ -123,6 +129,9 @@ class ToleranceReport:
                 "causes": [to_json(cause) for cause in scatter.causes],
                 "solved": {motion: [each.down, each.up] for motion, each in self.solved[name].items()},
                 "second_order": dict(self.second[name]),
+                "ballooning": None
+                if (own := self.ballooning.get(name)) is None
+                else to_json(own) | {"share": own.share},
                 "sources": [
                     {"shear_modulus_MPa": modulus, "motion": None if motion is None else motion.tolist()}
                     for modulus, motion in self.ends.get(name, {}).items()
@@ -140,6 +149,7 @@ class ToleranceReport:
                     self.tasks[task.name],
                     self.solved[task.name],
                     self.second[task.name],
+                    self.ballooning.get(task.name),
                     self.ends.get(task.name, {}),
                 )
             )
@@ -180,10 +190,15 @@ def tolerance_report(
         problem = problem.model_copy(update={"task": tuple(task for task in problem.task if task.name in tasks)})
     whole = analyse_near(problem, body, (), stored, results)
     scatters, by_nodes = scatter_of(whole, tolerances), thickenings(problem, whole.disc, whole.analysis)
+    # To first order only symmetric causes move the limit point of a symmetric body.
+    part = part_of(problem)
+    ballooning = ballooning_of(analyse_near(problem, body, part, stored, results) if part else whole, tolerances)
     solved: dict[str, dict[str, OneDeviation]] = {}
     second: dict[str, dict[str, float]] = {}
     for task in problem.task:
         solved[task.name], second[task.name] = {}, {}
+        if (limit := ballooning.get(task.name)) is not None and math.log(limit.margin) < limit.deviation:
+            continue  # castings off by one deviation balloon, which takes longest to find out
         for motion in task.objective.tip_motions:
             of = (whole, task.name, scatters[task.name], MOTIONS.index(motion))
             if (found := one_deviation(*of)) is not None:
@@ -192,7 +207,7 @@ def tolerance_report(
                     second[task.name][motion] = deviation
     mesh = whole.disc.morph.mesh.at(whole.analysis.X)
     ends = {} if "rubber" in given else {task.name: _at_ends(whole, task.name) for task in problem.task}
-    return ToleranceReport(problem, scatters, solved, second, mesh, by_nodes, ends)
+    return ToleranceReport(problem, scatters, solved, second, ballooning, mesh, by_nodes, ends)
 
 
 def _at_ends(whole: Solved, task: str) -> dict[float, np.ndarray | None]:
@@ -252,6 +267,7 @@ def _lines(
     scatter: Scatter,
     solved: Mapping[str, OneDeviation],
     second: Mapping[str, float],
+    ballooning: Ballooning | None,
     ends: Mapping[float, np.ndarray | None],
 ) -> Iterator[str]:
     """A table for each motion that the task is about, or for all that are large enough."""
@@ -278,6 +294,22 @@ def _lines(
                 for modulus, at in ends.items()
             )
             yield f"  solved with the shear moduli of sources: {', '.join(told)}"
+    if ballooning is not None:
+        yield _balloons(task.name, ballooning)
+
+
+def _as_json(ballooning: Ballooning | None) -> dict[str, Any] | None:
+    return None if ballooning is None else to_json(ballooning) | {"share": ballooning.share}
+
+
+def _balloons(task: str, ballooning: Ballooning) -> str:
+    """At which pressure a task balloons, and how many castings of it do so before their working pressure."""
+    share = 100.0 * ballooning.share
+    part = f"about {share:.0f} %" if share >= 1.0 else "fewer than 1 %"
+    # More digits where the margin is slight.
+    margin = f"{ballooning.margin:.2f}" if ballooning.margin >= 1.005 else f"{ballooning.margin:.4f}"
+    scatter = f"± {100.0 * ballooning.deviation:.0f} %"
+    return f"{task}: balloons at {margin} times its pressure {scatter}, so {part} of castings do so below it"
 
 
 def _further(solved: OneDeviation, value: float, deviation: float, size: float, after: str) -> str:

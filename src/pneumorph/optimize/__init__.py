@@ -10,6 +10,7 @@ from pneumorph.optimize.events import (
     Event,
     Finished,
     MeshKept,
+    NotDivided,
     Remeshed,
     Started,
 )
@@ -26,6 +27,7 @@ __all__ = [
     "Event",
     "Finished",
     "MeshKept",
+    "NotDivided",
     "Remeshed",
     "Setup",
     "Started",

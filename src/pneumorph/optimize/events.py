@@ -74,6 +74,15 @@ class Divided:
 
 
 @dataclass(frozen=True)
+class NotDivided:
+    """The error of the mesh, relative to the motion, is more than asked for, but elements stay; `reason` says why."""
+
+    iteration: int
+    share: float
+    reason: str
+
+
+@dataclass(frozen=True)
 class MeshKept:
     """A poor mesh is kept, since no new one could be made; `reason` is a sentence."""
 
@@ -145,6 +154,7 @@ Event = (
     | BegunBeyond
     | Remeshed
     | Divided
+    | NotDivided
     | MeshKept
     | DesignRejected
     | DesignAccepted

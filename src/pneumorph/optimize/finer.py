@@ -21,7 +21,7 @@ from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.optimize.buckling import judge
 from pneumorph.optimize.castings import carried
 from pneumorph.optimize.clock import Clock
-from pneumorph.optimize.events import Divided, Event
+from pneumorph.optimize.events import Divided, Event, NotDivided
 from pneumorph.optimize.iterate import Iterate, evaluate
 from pneumorph.optimize.setup import Setup
 
@@ -52,15 +52,19 @@ def fine_enough(setup: Setup, number: int, found: Solved, clock: Clock) -> Gener
         with clock.phase("equilibrium"):
             marked = to_divide(problem, disc, analysis, errors)
             if not len(marked):
+                yield NotDivided(number, share, "none of them contributes to it")
                 break
             new, states = divided(problem, disc, analysis, marked, setup.mesher.heights)
             if disc.castings:
                 new = carried(new, new.morph.positions(analysis.points), disc.castings)
             if scaled_jacobian(new.morph.positions(analysis.points), new.morph.mesh.tets).min() <= 0.0:
+                yield NotDivided(number, share, "one would be inverted")
                 break
             most = setup.settings.trial.most_on_new_mesh
             there = analyse(problem, setup.space, new, analysis.phi, states, most=most)
             if isinstance(there, NoEquilibrium):
+                # A finer mesh is softer, and a body that is near to its limits on a coarse one may have no state there.
+                yield NotDivided(number, share, f"on the finer mesh, {there.reason}")
                 break
             yield Divided(number, share, new.model.elements, new.model.part)
             found = new, there, quick_errors(problem, new, there)

@@ -10,7 +10,7 @@ from pneumorph.sensitivity.adjoint import (
 )
 from pneumorph.sensitivity.boundary import boundary_gradient
 from pneumorph.sensitivity.lateral import lateral_slope
-from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, margin_slope
+from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, limit_slope, margin_slope
 from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes, tip_motion_adjoints
 from pneumorph.sensitivity.rate import Rate, compliance, compliance_slope, pressure_rates, rate_slopes
 from pneumorph.sensitivity.response import Response, measured_of, response
@@ -36,6 +36,7 @@ __all__ = [
     "find_margin",
     "gradient",
     "lateral_slope",
+    "limit_slope",
     "margin_slope",
     "measured_of",
     "motion_slopes",

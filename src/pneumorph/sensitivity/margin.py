@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, State, Tangent, follow
+from pneumorph.mechanics import Configuration, Equilibrium, Loads, NoEquilibrium, State, Tangent, follow
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.solve.border import border_at, given_pressures
 from pneumorph.sensitivity.adjoint import by_known, volumes_by_shape
@@ -79,9 +79,25 @@ def margin_slope(
     at: Configuration, tangent: Tangent, margin: Margin
 ) -> tuple[np.ndarray, dict[str, float], np.ndarray]:
     """dλ/dX (N, 3), dλ/dp by chamber for the working pressures p (1/MPa), and by sheets and fibres (R, 2)."""
-    model, working = at.model, given_pressures(at)
+    model = at.model
     if margin.state is None:
         return np.zeros(at.X.shape), dict.fromkeys(model.chambers, 0.0), np.zeros(np.shape(at.loads.reinforcement))
+    by_X, by_loads = limit_slope(at, tangent, margin)
+    by_pressure = dict(zip(model.chambers, (margin.load * np.asarray(by_loads.pressure)).tolist(), strict=True))
+    return by_X, by_pressure, np.asarray(by_loads.reinforcement)
+
+
+def limit_slope(at: Configuration, tangent: Tangent, margin: Margin) -> tuple[np.ndarray, Loads]:
+    """dλ/dX (N, 3) and dλ/dL by the loads L at the limit point, whose pressures are λ times the working ones.
+
+    Parameters
+    ----------
+    at : with the working pressures.
+    tangent : of its model; left at the limit point.
+    margin : with a state.
+    """
+    model, working = at.model, given_pressures(at)
+    assert margin.state is not None
     pressure = np.array([margin.pressures[name] for name in model.chambers])
     there = replace(at, loads=at.loads._replace(pressure=pressure))
     tangent.factorise(there, margin.state)
@@ -102,6 +118,5 @@ def margin_slope(
         shape = shape - volumes_by_shape(there, margin.state, below[None])[0]
     by_pressure = by_known(at, np.asarray(acting.pressure))
     rise = float(by_pressure @ working)
-    pressures = dict(zip(model.chambers, -margin.load * by_pressure / rise, strict=True))
-    by_reinforcement = -np.asarray(acting.reinforcement) / rise
-    return -shape / rise, {name: float(value) for name, value in pressures.items()}, by_reinforcement
+    slopes = Loads(*(-np.asarray(part) / rise for part in acting))
+    return -shape / rise, slopes._replace(pressure=-by_pressure / rise)

@@ -1,0 +1,74 @@
+"""The share of castings that balloon: limit points of castings against their derivatives."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from designing import analysed
+from tiny import tiny
+
+from pneumorph.analysis.near import Solved
+from pneumorph.analysis.survival import Ballooning, ballooning_of
+from pneumorph.analysis.tolerances import LOADS, MODULUS, Tolerances, as_cast, moved_by, pressure_of
+from pneumorph.mechanics import TOLERANCE, Equilibrium, Tangent, solve
+from pneumorph.problem import Problem, loads
+from pneumorph.sensitivity import find_margin
+
+NONE = Tolerances(rubber=0.0, pressure=0.0, wall=0.0, shift=0.0, tilt=0.0, scale=0.0, load=0.0)
+
+
+@pytest.fixture(scope="module")
+def solved() -> Solved:
+    """A thin tube that balloons at 1.3 times its pressure or so."""
+    table = loads(tiny()).model_dump(mode="json", exclude_none=True)
+    table["material"] = {"model": "neo-hookean", "shear_modulus": "0.25 MPa", "bulk_modulus": "2 MPa"}
+    table["material"] |= {"density": "1 g/cm^3", "compressible": True}
+    table["body"]["chamber"][0]["radius"] = "5.5 mm"
+    asked = Problem.model_validate(table)
+    _, disc, found = analysed(asked)
+    return Solved(asked, disc, found)
+
+
+CASES = {
+    "modulus": (replace(NONE, rubber=0.02), {MODULUS: 0.02}),
+    "pressure": (replace(NONE, pressure=0.002), {pressure_of("A"): 0.002}),
+    "springs": (replace(NONE, load=0.05), {LOADS["spring"]: 0.05}),
+    "size": (replace(NONE, scale=0.01), {"size of the body": 0.01}),
+}
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=list(CASES))
+def test_the_limit_point_moves_as_derivatives_say(solved, case):
+    tolerances, changes = case
+    found = ballooning_of(solved, replace(tolerances, histories={"": 0.15}))["extend"]
+    own = math.sqrt(
+        found.deviation**2 - ballooning_of(solved, replace(NONE, histories={"": 0.15}))["extend"].deviation ** 2
+    )
+    at, equilibrium = solved.analysis.configurations["extend"], solved.analysis.equilibria["extend"]
+    margins = []
+    for way in (1.0, -1.0):
+        cast = {name: way * change for name, change in changes.items()}
+        there = as_cast(at, moved_by(solved.disc.morph, at.X, cast), cast)
+        tangent = Tangent(solved.disc.model)
+        state = solve(there, tangent, equilibrium.state, TOLERANCE)
+        assert isinstance(state, Equilibrium)
+        margins.append(find_margin(there, tangent, state, 2.0).load)
+    assert own == pytest.approx(abs(math.log(margins[0] / margins[1])) / 2.0, rel=0.01)
+
+
+def test_where_only_pressure_acts_the_modulus_moves_the_limit_point_in_proportion(solved):
+    """Without the spring λ is in proportion to the moduli, and ln λ differs by the deviation itself."""
+    free = solved.problem.model_dump(mode="json", exclude_none=True)
+    del free["end_effector"]["spring"]
+    asked = Problem.model_validate(free)
+    _, disc, found = analysed(asked)
+    own = ballooning_of(Solved(asked, disc, found), replace(NONE, rubber=0.1))["extend"]
+    assert own.deviation == pytest.approx(0.1, rel=1e-5)
+    assert own.share == pytest.approx(0.5 * math.erfc(math.log(own.margin) / 0.1 / math.sqrt(2.0)), rel=1e-3)
+
+
+def test_nothing_that_varies_leaves_no_casting_to_balloon():
+    assert Ballooning(1.2, 0.0).share == 0.0
+    assert Ballooning(1.0, 0.1).share == 0.5
+    assert np.isclose(Ballooning(math.exp(0.1), 0.1).share, 0.158655, rtol=1e-5)
