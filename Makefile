@@ -3,17 +3,18 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.installed
+WARM := $(VENV)/.warmed-up
 DOCS := $(VENV)/.installed-docs
 
 .PHONY: demo test lint web docs
 
-demo: $(READY)
+demo: $(WARM)
 	$(BIN)/pneumorph design examples/linear.toml --out runs/linear --resume
 	@echo "The pictures are in runs/linear:"
 	@find runs/linear -name '*.png' | sort
 
 # Three processes of one thread each, for two cores: some tests wait for browsers and for other processes.
-test: $(READY)
+test: $(WARM)
 	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist worksteal --durations=10
 
 lint: $(READY)
@@ -38,6 +39,11 @@ docs: $(DOCS)
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install -c constraints.txt -e '.[all,dev]'
+	touch $@
+
+# What designs need is compiled once, as the last part of the installation.
+$(WARM): $(READY)
+	$(BIN)/pneumorph warm-up
 	touch $@
 
 $(DOCS): $(READY)

@@ -5,10 +5,6 @@ import os
 from itertools import count
 from pathlib import Path
 
-# Half of the suite's time is compiling; kernels for small meshes need not be optimised. Processes that tests start
-# inherit it, so that they find the kernels that are compiled already.
-os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
-
 import jax
 import numpy as np
 import pytest
@@ -64,6 +60,16 @@ def forgotten_kernels():
     mappings = Path("/proc/self/maps")
     if not mappings.exists() or mappings.read_bytes().count(b"\n") > MOST_MAPPINGS:
         jax.clear_caches()
+
+
+@pytest.fixture(scope="module")
+def unoptimised():
+    """For modules that compile more than they compute: jax compiles in half of the time, what runs slower."""
+    jax.config.update("jax_disable_most_optimizations", True)
+    yield
+    jax.config.update("jax_disable_most_optimizations", False)
+    # Else the modules after it would compute with them.
+    jax.clear_caches()
 
 
 @pytest.fixture

@@ -17,6 +17,8 @@ from pneumorph.mechanics.material import energies
 from pneumorph.mechanics.material.homogeneous import nominal_stress
 from pneumorph.mechanics.material.rubber import complete
 
+pytestmark = pytest.mark.usefixtures("unoptimised")
+
 BULK = 5.0
 # Parameters, the initial shear modulus, and τ_a − τ_b of isochoric stretches (l₁, l₂, l₃) between axes a and b.
 MODELS = {

@@ -36,6 +36,8 @@ from pneumorph.mesh import Covered
 from pneumorph.mesh.tets import RULE
 from pneumorph.verify.solids import tube
 
+pytestmark = pytest.mark.usefixtures("unoptimised")
+
 SOFT, STIFF = neo_hookean_rubber(0.49, 4.80, 1.1e-9), neo_hookean_rubber(1.3, 9.0, 1.4e-9)
 NEARLY_INCOMPRESSIBLE = {
     "inner": neo_hookean_rubber(0.49, 490.0, 1.1e-9),
