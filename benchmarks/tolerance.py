@@ -16,7 +16,7 @@ import numpy as np
 import pneumorph as pm
 from pneumorph.analysis.near import Solved, analyse_near
 from pneumorph.analysis.scatter import one_deviation, scatter_of
-from pneumorph.analysis.second_order import second_order
+from pneumorph.analysis.second_order import curvatures
 from pneumorph.analysis.tolerances import LOADS, MODULUS, UNITS, Tolerances, as_cast, pressure_of, shape_causes
 from pneumorph.mechanics import Equilibrium, Tangent, predict, solve
 from pneumorph.objective import measure_features
@@ -78,10 +78,19 @@ def of_first_order(scatter: Scatter, castings: list[Casting]) -> np.ndarray:
     return np.array([sum((change * by[name] for name, change in each.items() if name in by), 0.0) for each in castings])
 
 
-def beyond(whole: Solved, task: str, scatter: Scatter, motion: int) -> float | None:
-    """The deviation of a motion to second order; None where castings for it have no state."""
+def to_second_order(
+    whole: Solved, task: str, scatter: Scatter, motion: int, castings: list[Casting]
+) -> tuple[float, np.ndarray] | None:
+    """The deviation of a motion to second order, and by how much (n,) castings differ; None where one has no state."""
     own = one_deviation(whole, task, scatter, motion)
-    return None if own is None else second_order(whole, task, scatter, motion, own)
+    curved = None if own is None else curvatures(whole, task, scatter, motion, own)
+    if curved is None:
+        return None
+    causes = [(each.name, UNITS[each.unit] * each.tolerance) for each in scatter.causes]
+    parts = np.array([[casting.get(name, 0.0) / tolerance for name, tolerance in causes] for casting in castings])
+    more = sum(b * np.square(parts @ direction) for direction, b in curved)
+    deviation = np.sqrt(scatter.deviations[motion] ** 2 + sum(2.0 * b**2 for _, b in curved))
+    return deviation, of_first_order(scatter, castings)[:, motion] + more
 
 
 def main() -> None:
@@ -92,10 +101,10 @@ def main() -> None:
     parser.add_argument("--size", help="of the mesh, by default that of the run")
     asked = parser.parse_args()
     print(
-        "| run, task | motion | value | first order ± | second order ± | first order, same castings ± | sampled ± "
-        "| mean of samples | without equilibrium |"
+        "| run, task | motion | value | first order ± | second order ± | first order, same castings ± "
+        "| second order, same castings ± | sampled ± | mean of samples | without equilibrium |"
     )
-    print("|---|---|---|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|---|---|")
     for run in asked.runs:
         design = pm.open_run(run).best
         problem = design.problem.with_changes({"mesh.size": asked.size}) if asked.size else design.problem
@@ -114,11 +123,16 @@ def main() -> None:
                 unit, size = ("mm", 1.0) if k < 3 else ("°", 1.0 / UNITS["°"])
                 first, same = size * scatter.deviations[k], size * alike[:, k].std(ddof=1)
                 found = size * motions[:, k].std(ddof=1)
-                value, further = f"{size * scatter.motion[k]:.2f} {unit}", beyond(whole, task, scatter, int(k))
-                second = "not known" if further is None else f"{size * further:.2f}"
+                further = to_second_order(whole, task, scatter, int(k), [one for one, _ in pairs])
+                second, alike_too = (
+                    ("not known", "not known")
+                    if further is None
+                    else (f"{size * further[0]:.2f}", f"{size * further[1].std(ddof=1):.2f}")
+                )
                 print(
-                    f"| {run}, {task} | {MOTIONS[k]} | {value} | {first:.2f} | {second} | {same:.2f} | {found:.2f} "
-                    f"| {size * motions[:, k].mean():.2f} | {missing} of {asked.samples} |",
+                    f"| {run}, {task} | {MOTIONS[k]} | {size * scatter.motion[k]:.2f} {unit} | {first:.2f} | {second} "
+                    f"| {same:.2f} | {alike_too} | {found:.2f} | {size * motions[:, k].mean():.2f} "
+                    f"| {missing} of {asked.samples} |",
                     flush=True,
                 )
 

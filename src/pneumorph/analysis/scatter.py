@@ -109,11 +109,9 @@ def one_deviation(whole: Solved, task: str, scatter: Scatter, motion: int) -> On
     scatter : its scatter.
     motion : number of the motion among the six.
     """
-    deviation = float(scatter.deviations[motion])
-    if not scales(whole.analysis.configurations[task]) or not deviation:
+    if not scales(whole.analysis.configurations[task]) or not scatter.deviations[motion]:
         return None
-    direction = np.array([cause.tolerance * cause.by[motion] for cause in scatter.causes]) / deviation
-    return castings_along(whole, task, scatter, motion, direction)
+    return castings_along(whole, task, scatter, motion, scatter.direction(motion))
 
 
 def castings_along(whole: Solved, task: str, scatter: Scatter, motion: int, direction: np.ndarray) -> OneDeviation:

@@ -35,14 +35,29 @@ def second_order(whole: Solved, task: str, scatter: Scatter, motion: int, own: O
     motion : number of the motion among the six.
     own : the castings along the motion's own gradient.
     """
-    variance = scatter.deviations[motion] ** 2
-    further = further_directions(scatter, motion)
-    found = [(1.0, own), *((NEAR, castings_along(whole, task, scatter, motion, NEAR * each)) for each in further)]
-    for size, each in found:
+    curved = curvatures(whole, task, scatter, motion, own)
+    if curved is None:
+        return None
+    return float(np.sqrt(scatter.deviations[motion] ** 2 + sum(2.0 * b**2 for _, b in curved)))
+
+
+def curvatures(
+    whole: Solved, task: str, scatter: Scatter, motion: int, own: OneDeviation
+) -> list[tuple[np.ndarray, float]] | None:
+    """Orthogonal unit directions d (n,) of the causes over their tolerances, each with b of a motion along it.
+
+    Parameters
+    ----------
+    whole, task, scatter, motion, own : see `second_order`.
+    """
+    directions = [scatter.direction(motion), *further_directions(scatter, motion)]
+    pairs = [own, *(castings_along(whole, task, scatter, motion, NEAR * each) for each in directions[1:])]
+    found = []
+    for direction, size, each in zip(directions, [1.0] + [NEAR] * len(directions), pairs, strict=False):
         if each.up is None or each.down is None:
             return None
-        variance += 2.0 * (((each.up + each.down) / 2.0 - scatter.motion[motion]) / size**2) ** 2
-    return float(np.sqrt(variance))
+        found.append((direction, ((each.up + each.down) / 2.0 - scatter.motion[motion]) / size**2))
+    return found
 
 
 def further_directions(scatter: Scatter, motion: int) -> list[np.ndarray]:
@@ -53,7 +68,7 @@ def further_directions(scatter: Scatter, motion: int) -> list[np.ndarray]:
     lever = np.repeat([1.0, LEVER], 3)
     gradients = lever * np.array([cause.tolerance * np.array(cause.by) for cause in scatter.causes]).reshape(-1, 6)
     least, found = LARGE * np.linalg.norm(gradients[:, motion]), list[np.ndarray]()
-    direction = gradients[:, motion] / np.linalg.norm(gradients[:, motion])
+    direction = scatter.direction(motion)
     for _ in range(FURTHER):
         gradients = gradients - np.outer(direction, direction @ gradients)
         sizes = np.linalg.norm(gradients, axis=0)

@@ -261,6 +261,10 @@ class Scatter:
         """Standard deviations (6,) of the motions, mm and rad."""
         return np.sqrt(self.variances.sum(axis=0))
 
+    def direction(self, motion: int) -> np.ndarray:
+        """The changes (n,) of the causes over their tolerances that change one motion most, as a unit vector."""
+        return np.array([cause.tolerance * cause.by[motion] for cause in self.causes]) / self.deviations[motion]
+
 
 @dataclass(frozen=True)
 class RunResult:
