@@ -217,6 +217,34 @@ def test_what_no_pressure_in_the_space_can_do_is_refused_with_its_key(motions, s
     assert words.startswith(f"task[0].objective.{key}") if key else words == ""
 
 
+@pytest.mark.parametrize(
+    "motions, helping",
+    [
+        ({"extension": "10 mm"}, {"force": ["0 N", "0 N", "3000 N"]}),
+        ({"extension": "-10 mm"}, {"moment": ["0 N*m", "90 N*m", "0 N*m"]}),
+        ({"bending_y": "30 deg"}, {"moment": ["0 N*m", "90 N*m", "0 N*m"]}),
+        ({"bending_y": "30 deg"}, {"force": ["3000 N", "0 N", "0 N"]}),
+        ({"twist": "30 deg"}, {"moment": ["0 N*m", "0 N*m", "900 N*m"]}),
+        ({"shift_x": "10 mm"}, {"force": ["9000 N", "0 N", "0 N"]}),
+    ],
+)
+def test_a_load_that_helps_makes_a_stiff_spring_no_reason_to_refuse(motions, helping):
+    spring = {"axial": "100 N/mm", "bending_y": "90 N*m/rad", "torsion": "90 N*m/rad", "shift_x": "100 N/mm"}
+    alone = impossible(Target.model_validate(stated(**motions) | {"end_effector": {"spring": spring}}))
+    assert "against springs and loads" in alone
+    assert impossible(Target.model_validate(stated(**motions) | {"end_effector": {"spring": spring} | helping})) == ""
+
+
+@pytest.mark.parametrize("motion", ["extension", "shift_x", "bending_y", "twist"])
+def test_a_load_against_a_motion_is_no_help(motion):
+    turns = motion in ("bending_y", "twist")
+    key, at = ("moment", ["bending_x", "bending_y", "twist"]) if turns else ("force", ["shift_x", "", "extension"])
+    amount = "900 N*m" if turns else "9000 N"
+    load = {key: [f"-{amount}" if each == motion else "0 N*m" if turns else "0 N" for each in at]}
+    words = impossible(Target.model_validate(stated(**{motion: "9 deg" if turns else "9 mm"}) | {"end_effector": load}))
+    assert words.startswith(f"task[0].objective.{motion}: needs 9")
+
+
 @pytest.mark.parametrize("motion, sign", [("twist", -1), ("-twist", 1)])
 def test_thread_in_one_sense_is_wound_against_the_twist_that_is_asked(motion, sign):
     for each in drawn_as(target(motion, reinforcement=True), "helix", 2):

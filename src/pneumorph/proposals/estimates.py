@@ -32,33 +32,53 @@ def impossible(target: Target) -> str:
 
     A chamber pushes with its pressure times its section. Its section is at most that of the space, widened in both
     directions by the largest stretch that the limits allow. A moment acts with a lever of at most the widened space.
+    Loads that do not act against a motion help it as much as they can.
     """
-    space, pressure = target.space, max(abs(target.pressure.min), abs(target.pressure.max))
-    stretch = _largest_stretch(target)
+    space, stretch = target.space, _largest_stretch(target)
     for index, task in enumerate(target.task):
         key = f"task[{index}].objective"
-        asked = task.objective.asked_motions
-        if (extension := asked.get("extension")) is not None and extension.value <= -space.length:
+        asked = {name: each.value for name, each in task.objective.asked_motions.items()}
+        if (extension := asked.get("extension")) is not None and extension <= -space.length:
             return (
-                f"{key}.extension: {-extension.value:g} mm is longer than the body, which fills the space of "
+                f"{key}.extension: {-extension:g} mm is longer than the body, which fills the space of "
                 f"{space.length:g} mm; ask for less, or make space.length larger"
             )
         if stretch is None:
             continue
-        force = BEYOND * pressure * space.area * stretch**2
-        moment = force * space.reach * stretch
-        for motion, needed in _opposed(target, task, {name: each.value for name, each in asked.items()}).items():
-            most, unit = (moment, "N·mm") if is_turn(motion) else (force, "N")
-            if motion.startswith("shift"):
-                lever = math.sqrt(max(space.length**2 - asked[motion].value ** 2, 1e-12))
-                most = moment / lever
+        for motion, needed in _opposed(target, task, asked).items():
+            most, unit = _most(target, task, motion, asked[motion], stretch)
             if needed > most:
+                pressure = max(abs(target.pressure.min), abs(target.pressure.max))
                 return (
                     f"{key}.{motion}: needs {needed:.3g} {unit} against springs and loads, and "
                     f"{1e3 * pressure:g} kPa in this space give at most about {most:.3g} {unit}; "
                     "allow more pressure or space, or ask for less"
                 )
     return ""
+
+
+def _most(target: Target, task: Task, motion: str, value: float, stretch: float) -> tuple[float, str]:
+    """The largest force (N) or moment (N·mm) for a motion of a task, and its unit.
+
+    Parameters
+    ----------
+    target, task, motion : what is asked.
+    value : of the motion, in mm or rad.
+    stretch : the largest.
+    """
+    space, pressure = target.space, max(abs(target.pressure.min), abs(target.pressure.max))
+    forces, moments = _helping(target, task, motion, value)
+    push = pressure * space.area * stretch**2
+    force = BEYOND * (push + forces + moments / space.reach)
+    moment = BEYOND * (push * space.reach * stretch + forces * (space.length + space.reach) * stretch + moments)
+    if is_turn(motion):
+        return moment, "N·mm"
+    if motion == "extension":
+        # A body that bends into an arc draws its tip back by c where it is √(1.5 c L) beside the axis: a small lever.
+        return (force if value > 0.0 else max(force, moment / math.sqrt(1.5 * -value * space.length))), "N"
+    # Sideways, a body that curls has at least half of what is left of its length across the line of the force.
+    lever = (space.length - abs(value)) / 2.0
+    return (moment / lever if lever > 0.0 else math.inf), "N"
 
 
 def _largest_stretch(target: Target) -> float | None:
@@ -69,11 +89,15 @@ def _largest_stretch(target: Target) -> float | None:
     return max(each for each in ranges if each is not None) * max(1.0, share or 1.0)
 
 
+def _loads(target: Target, task: Task) -> dict[str, float]:
+    """Force (N) and moment (N·mm) on the tip, by the motions along and about which they act."""
+    loads = (*(task.force or target.end_effector.force), *(task.moment or target.end_effector.moment))
+    return dict(zip(MOTIONS, loads, strict=True))
+
+
 def _opposed(target: Target, task: Task, asked: Mapping[str, float]) -> dict[str, float]:
     """Forces (N) and moments (N·mm) that act against the motions that a task states, at their ends."""
-    spring = task.spring or target.end_effector.spring
-    loads = (*(task.force or target.end_effector.force), *(task.moment or target.end_effector.moment))
-    own: dict[str, float] = dict(zip(MOTIONS, loads, strict=True))
+    spring, own = task.spring or target.end_effector.spring, _loads(target, task)
     found = {}
     for motion, value in asked.items():
         # Objectives without an end have the value ±1, which is no amount.
@@ -81,6 +105,16 @@ def _opposed(target: Target, task: Task, asked: Mapping[str, float]) -> dict[str
         against = abs(own[motion]) if own[motion] * value < 0.0 else 0.0
         found[motion] = getattr(spring, component_of(motion)) * stated + against
     return found
+
+
+def _helping(target: Target, task: Task, motion: str, value: float) -> tuple[float, float]:
+    """Forces (N) and moments (N·mm) on the tip and the weight of a full space, but the load against the motion."""
+    loads = {each: abs(load) for each, load in _loads(target, task).items() if each != motion or load * value > 0.0}
+    gravity = task.gravity or target.gravity
+    heaviest = max(rubber.density for rubber in target.material)
+    weight = heaviest * target.space.area * target.space.length * gravity.acceleration if gravity else 0.0
+    turning = sum(load for each, load in loads.items() if is_turn(each))
+    return sum(loads.values()) - turning + weight, turning
 
 
 def ballooning(tables: Mapping[str, Any], rubber: RubberModel) -> float:
