@@ -96,7 +96,7 @@ def test_where_more_rubber_matters_is_drawn(file, tmp_path, monkeypatch):
     assert np.count_nonzero(changes < 0.0) > np.count_nonzero(changes > 0.0)
 
 
-def test_the_share_of_castings_that_balloon_is_told_and_where_they_do_within_a_deviation_none_is_solved():
+def test_how_many_castings_balloon_is_told_and_where_they_do_within_a_deviation_none_is_solved():
     table = loads(tiny()).model_dump(mode="json", exclude_none=True)
     table["material"] = {"model": "neo-hookean", "shear_modulus": "0.25 MPa", "bulk_modulus": "2 MPa"}
     table["material"] |= {"density": "1 g/cm^3", "compressible": True}
@@ -104,10 +104,10 @@ def test_the_share_of_castings_that_balloon_is_told_and_where_they_do_within_a_d
     design = starting_design(Problem.model_validate(table))
     rough = design.tolerance(rubber="40 %")
     found = rough.ballooning["extend"]
-    assert 0.16 < found.share < 0.5 and not rough.solved["extend"] and not rough.second["extend"]
-    assert f"about {100 * found.share:.0f} % of castings" in str(rough)
-    assert rough.to_json()["extend"]["ballooning"]["share"] == found.share
+    assert 0.16 < found.probability < 0.5 and not rough.solved["extend"] and not rough.second["extend"]
+    assert f"about {100 * found.probability:.0f} % of castings" in str(rough)
+    assert rough.to_json()["extend"]["ballooning"]["probability"] == found.probability
     # Where fewer do, castings off by one deviation have states.
     fine = design.tolerance(rubber="15 %")
-    assert 0.0 < fine.ballooning["extend"].share < 0.1
+    assert 0.0 < fine.ballooning["extend"].probability < 0.1
     assert fine.solved["extend"]["extension"].up > fine.tasks["extend"].motion[2]

@@ -4,7 +4,7 @@ With causes as independent normal variables ε of deviation 1, m = m₀ + gᵀε
 Along orthogonal unit directions d, two solutions at ±h d have h² ½ dᵀHd = h² b beyond m₀ in the mean, and 2b² of the
 variance is due to it. The directions are that of the motion's own gradient, and what is left of those of other motions
 of the tip: a finger that its core's shift bends to the side becomes shorter both ways, which no first derivative tells.
-What other directions and pairs of them add is left out, and motions are not quadratic: the deviation is a rough one.
+What other directions and pairs of them add is left out, and motions are quadratic only nearby.
 """
 
 from __future__ import annotations
@@ -51,9 +51,10 @@ def curvatures(
     whole, task, scatter, motion, own : see `second_order`.
     """
     directions = [scatter.direction(motion), *further_directions(scatter, motion)]
+    sizes = [1.0, *[NEAR] * (len(directions) - 1)]
     pairs = [own, *(castings_along(whole, task, scatter, motion, NEAR * each) for each in directions[1:])]
     found = []
-    for direction, size, each in zip(directions, [1.0] + [NEAR] * len(directions), pairs, strict=False):
+    for direction, size, each in zip(directions, sizes, pairs, strict=True):
         if each.up is None or each.down is None:
             return None
         found.append((direction, ((each.up + each.down) / 2.0 - scatter.motion[motion]) / size**2))

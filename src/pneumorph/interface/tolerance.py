@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis.near import Solved, analyse_near
+from pneumorph.analysis.reliability import Ballooning, ballooning_of
 from pneumorph.analysis.scatter import OneDeviation, one_deviation, scatter_of, with_moduli
 from pneumorph.analysis.second_order import second_order
-from pneumorph.analysis.survival import Ballooning, ballooning_of
 from pneumorph.analysis.thickening import thickenings
 from pneumorph.analysis.tolerances import Tolerances, of_sources
 from pneumorph.doing import doing
@@ -129,9 +129,7 @@ class ToleranceReport:
                 "causes": [to_json(cause) for cause in scatter.causes],
                 "solved": {motion: [each.down, each.up] for motion, each in self.solved[name].items()},
                 "second_order": dict(self.second[name]),
-                "ballooning": None
-                if (own := self.ballooning.get(name)) is None
-                else to_json(own) | {"share": own.share},
+                "ballooning": _as_json(self.ballooning.get(name)),
                 "sources": [
                     {"shear_modulus_MPa": modulus, "motion": None if motion is None else motion.tolist()}
                     for modulus, motion in self.ends.get(name, {}).items()
@@ -299,17 +297,20 @@ def _lines(
 
 
 def _as_json(ballooning: Ballooning | None) -> dict[str, Any] | None:
-    return None if ballooning is None else to_json(ballooning) | {"share": ballooning.share}
+    """The figures with the probability that follows from them."""
+    return None if ballooning is None else to_json(ballooning) | {"probability": ballooning.probability}
 
 
 def _balloons(task: str, ballooning: Ballooning) -> str:
     """At which pressure a task balloons, and how many castings of it do so before their working pressure."""
-    share = 100.0 * ballooning.share
-    part = f"about {share:.0f} %" if share >= 1.0 else "fewer than 1 %"
+    percent = 100.0 * ballooning.probability
+    part = f"about {percent:.0f} %" if percent >= 1.0 else "fewer than 1 %"
     # More digits where the margin is slight.
     margin = f"{ballooning.margin:.2f}" if ballooning.margin >= 1.005 else f"{ballooning.margin:.4f}"
-    scatter = f"± {100.0 * ballooning.deviation:.0f} %"
-    return f"{task}: balloons at {margin} times its pressure {scatter}, so {part} of castings do so below it"
+    return (
+        f"{task}: balloons at {margin} times its pressure, ± {100.0 * ballooning.deviation:.0f} %; "
+        f"{part} of castings balloon below their working pressure"
+    )
 
 
 def _further(solved: OneDeviation, value: float, deviation: float, size: float, after: str) -> str:

@@ -1,4 +1,4 @@
-"""The share of castings that balloon: limit points of castings against their derivatives."""
+"""The probability of ballooning: limit points of castings against their derivatives."""
 
 import math
 from dataclasses import replace
@@ -9,7 +9,7 @@ from designing import analysed
 from tiny import tiny
 
 from pneumorph.analysis.near import Solved
-from pneumorph.analysis.survival import Ballooning, ballooning_of
+from pneumorph.analysis.reliability import Ballooning, ballooning_of
 from pneumorph.analysis.tolerances import LOADS, MODULUS, Tolerances, as_cast, moved_by, pressure_of
 from pneumorph.mechanics import TOLERANCE, Equilibrium, Tangent, solve
 from pneumorph.problem import Problem, loads
@@ -65,10 +65,10 @@ def test_where_only_pressure_acts_the_modulus_moves_the_limit_point_in_proportio
     _, disc, found = analysed(asked)
     own = ballooning_of(Solved(asked, disc, found), replace(NONE, rubber=0.1))["extend"]
     assert own.deviation == pytest.approx(0.1, rel=1e-5)
-    assert own.share == pytest.approx(0.5 * math.erfc(math.log(own.margin) / 0.1 / math.sqrt(2.0)), rel=1e-3)
+    assert own.probability == pytest.approx(0.5 * math.erfc(math.log(own.margin) / 0.1 / math.sqrt(2.0)), rel=1e-3)
 
 
 def test_nothing_that_varies_leaves_no_casting_to_balloon():
-    assert Ballooning(1.2, 0.0).share == 0.0
-    assert Ballooning(1.0, 0.1).share == 0.5
-    assert np.isclose(Ballooning(math.exp(0.1), 0.1).share, 0.158655, rtol=1e-5)
+    assert Ballooning(1.2, 0.0).probability == 0.0
+    assert Ballooning(1.0, 0.1).probability == 0.5
+    assert np.isclose(Ballooning(math.exp(0.1), 0.1).probability, 0.158655, rtol=1e-5)

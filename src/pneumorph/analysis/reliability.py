@@ -1,4 +1,4 @@
-"""The share of castings that balloon before they reach their working pressure.
+"""The probability that a casting balloons before it reaches its working pressure.
 
 A design balloons at λ times its working pressure. With all causes of scatter ε in standard deviations, ln λ differs by
 gᵀε to first order: exactly so for the moduli, where only pressure acts. So a casting balloons with the probability
@@ -60,8 +60,8 @@ class Ballooning:
     deviation: float
 
     @property
-    def share(self) -> float:
-        """The part of castings that balloon before their working pressure."""
+    def probability(self) -> float:
+        """That with which a casting balloons before its working pressure."""
         return float(ndtr(-math.log(self.margin) / self.deviation)) if self.deviation else 0.0
 
 
