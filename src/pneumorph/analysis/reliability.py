@@ -34,8 +34,9 @@ from pneumorph.mechanics.solve.border import given_pressures
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.sensitivity import BEYOND, find_margin, limit_slope
 
-FARTHEST = 3.0
-"""In deviations by the moduli alone: limit points beyond are not looked for, since hardly a casting is there."""
+FARTHEST, LEAST = 3.0, 1.5
+"""Limit points are looked for up to so many deviations by the moduli alone, and in any case up to this multiple of the
+working pressure, since walls and cores vary too."""
 
 WAYS = (1e-3, -1e-3)
 """Deviations of a cause whose difference gives the derivatives of loads, which are simple functions of it."""
@@ -60,6 +61,11 @@ class Ballooning:
     deviation: float
 
     @property
+    def within_one(self) -> bool:
+        """Whether castings that are off by one standard deviation balloon."""
+        return math.log(self.margin) < self.deviation
+
+    @property
     def probability(self) -> float:
         """That with which a casting balloons before its working pressure."""
         return float(ndtr(-math.log(self.margin) / self.deviation)) if self.deviation else 0.0
@@ -76,7 +82,8 @@ def ballooning_of(part: Solved, tolerances: Tolerances) -> dict[str, Ballooning]
     tolerances : of every cause.
     """
     found = {}
-    bound = min(math.exp(FARTHEST * math.hypot(*_of_moduli(tolerances).values())), LONGEST) / BEYOND
+    by_moduli = math.exp(FARTHEST * math.hypot(*_of_moduli(tolerances).values()))
+    bound = min(max(by_moduli, LEAST), LONGEST) / BEYOND
     for task, at in part.analysis.configurations.items():
         if not scales(at) or float(np.max(given_pressures(at), initial=0.0)) <= 0.0:
             continue

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -195,7 +194,7 @@ def tolerance_report(
     second: dict[str, dict[str, float]] = {}
     for task in problem.task:
         solved[task.name], second[task.name] = {}, {}
-        if (limit := ballooning.get(task.name)) is not None and math.log(limit.margin) < limit.deviation:
+        if (limit := ballooning.get(task.name)) is not None and limit.within_one:
             continue  # castings off by one deviation balloon, which takes longest to find out
         for motion in task.objective.tip_motions:
             of = (whole, task.name, scatters[task.name], MOTIONS.index(motion))
@@ -284,6 +283,8 @@ def _lines(
         yield from _table(scatter, number, size, unit)
         if name in solved:
             yield _further(solved[name], value, deviation, size, after)
+        elif ballooning is not None and ballooning.within_one:
+            yield "  by first derivatives alone: castings off by one deviation balloon, so it tells little"
         if name in second and (further := abs(size) * second[name]) > (1.0 + MORE) * deviation:
             yield f"  second order matters: with it the deviation is about {further:.2g}{after}"
         if ends:
