@@ -56,6 +56,7 @@ def test_a_rubber_of_the_library_scatters_as_its_sources_do_and_is_solved_at_the
     ends = report.ends["extend"]
     assert list(ends) == [low, high]
     assert ends[high][2] == pytest.approx(report.tasks["extend"].motion[2], rel=1e-4) and ends[high][2] < ends[low][2]
+    assert "measure your batch" in str(report)
     assert "43 kPa: " in str(report) and report.to_json()["extend"]["sources"][1]["shear_modulus_MPa"] == high
 
 
@@ -68,6 +69,25 @@ def test_what_is_no_tolerance_is_refused_by_name(given, word):
     with pytest.raises(ProblemError, match=word) as refused:
         read_tolerances(given)
     assert str(refused.value).startswith(next(iter(given)))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "hint"),
+    [("wall", "0.1", "0.1 mm"), ("pressure", "one", "1 kPa"), ("tilt", "1 mm", "0.2 deg"), ("scale", "1", "0.3 %")],
+)
+def test_hints_show_values_that_a_workshop_has(name, text, hint):
+    with pytest.raises(ProblemError) as refused:
+        read_tolerances({name: text})
+    assert str(refused.value).endswith(f'write e.g. "{hint}"')
+
+
+def test_a_bad_value_is_refused_before_the_problem_is_read(tmp_path):
+    done = CliRunner().invoke(app, ["tolerance", str(tmp_path / "none.toml"), "--wall", "0.1"])
+    assert done.exit_code != 0 and "wall" in done.output and "none.toml" not in done.output
+
+
+def test_the_usual_tilt_is_told_as_it_is_meant():
+    assert f"{np.degrees(read_tolerances({}).tilt):.6g}" == "0.2"
 
 
 def test_a_picture_of_another_format_is_refused_before_anything_is_solved(file, tmp_path):
@@ -99,10 +119,11 @@ def test_where_more_rubber_matters_is_drawn(file, tmp_path, monkeypatch):
 def test_how_many_castings_balloon_is_told_and_where_they_do_within_a_deviation_none_is_solved():
     table = loads(tiny()).model_dump(mode="json", exclude_none=True)
     table["material"] = {"model": "neo-hookean", "shear_modulus": "0.25 MPa", "bulk_modulus": "2 MPa"}
-    table["material"] |= {"density": "1 g/cm^3", "compressible": True}
+    table["material"] |= {"density": "1 g/cm^3", "compressible": True, "scatter": 0.3}
     table["body"]["chamber"][0]["radius"] = "5.5 mm"
     design = starting_design(Problem.model_validate(table))
     rough = design.tolerance(rubber="40 %")
+    assert not rough.doubts
     found = rough.ballooning["extend"]
     assert 0.16 < found.probability < 0.5 and not rough.solved["extend"] and not rough.second["extend"]
     assert "by first derivatives alone" in str(rough)

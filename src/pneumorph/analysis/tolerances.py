@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from math import sqrt
+from math import radians, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +49,7 @@ class Tolerances:
     pressure: float = 0.001
     wall: float = 0.1
     shift: float = 0.2
-    tilt: float = 0.0035
+    tilt: float = radians(0.2)
     scale: float = 0.003
     load: float = 0.05
     rubbers: Mapping[str, float] = field(default_factory=dict)

@@ -7,11 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pneumorph import atomic
-from pneumorph.cli.source import design_of
-from pneumorph.cli.trust import asking
 from pneumorph.errors import ProblemError
-from pneumorph.interface.drawing import check_format
-from pneumorph.output.figures import PLOTS
+from pneumorph.problem.deviations import read_deviations
 
 
 def tolerance(
@@ -51,10 +48,18 @@ def tolerance(
     """
     if out is not None and not out.parent.is_dir():
         raise ProblemError(f"--json: there is no folder {out.parent}; make it first")
+    tolerances = {name: text for name, text in given.items() if text is not None}
+    # Before anything else is loaded and the body is made, which takes longer.
+    read_deviations(tolerances)
+    from pneumorph.cli.source import design_of
+    from pneumorph.cli.trust import asking
+    from pneumorph.interface.drawing import check_format
+    from pneumorph.output.figures import PLOTS
+
     if picture is not None:
         check_format("--picture", picture.suffix.removeprefix(".").lower(), PLOTS)
     design = design_of(source, number, asking(trust))
-    report = design.tolerance(task=task, **{name: text for name, text in given.items() if text is not None})
+    report = design.tolerance(task=task, **tolerances)
     print(report)
     if out is not None:
         atomic.write_bytes(out, f"{json.dumps(report.to_json(), indent=2, allow_nan=False)}\n".encode())

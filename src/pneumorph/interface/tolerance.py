@@ -24,16 +24,11 @@ from pneumorph.mesh import TetMesh
 from pneumorph.output.thickening import thickening_figure
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.deviations import read_deviations
 from pneumorph.problem.materials import materials
 from pneumorph.problem.objectives.words import motion_word
-from pneumorph.problem.sources import MOST_DEVIATION, doubt, range_of
+from pneumorph.problem.sources import doubt, range_of
 from pneumorph.results import Fields, Scatter, TaskResult, to_json
-from pneumorph.units import ANGLE, LENGTH, PRESSURE, Kind, parse, text_of
-
-KINDS: Mapping[str, Kind | None] = {
-    "rubber": None, "pressure": PRESSURE, "wall": LENGTH, "shift": LENGTH, "tilt": ANGLE, "scale": None, "load": None,
-}  # fmt: skip
-"""What every tolerance is; None for those that are relative."""
 
 LEAST = 0.005
 """Part of the variance below which causes are told together."""
@@ -70,6 +65,8 @@ class ToleranceReport:
         The motions with the moduli of a rubber of the library scaled to the least and the largest shear modulus that
         sources give, or None where there is no stable state; empty where the rubber's tolerance was given, or forces do
         not scale with the rubber's.
+    doubts : sequence of str
+        Sentences on rubbers whose moduli are not well known; none where the rubber's tolerance was given.
 
     Examples
     --------
@@ -88,6 +85,7 @@ class ToleranceReport:
     mesh: TetMesh
     thickening: Mapping[str, Mapping[str, np.ndarray]]
     ends: Mapping[str, Mapping[float, np.ndarray | None]] = field(default_factory=dict)
+    doubts: Sequence[str] = ()
 
     def picture(self, path: str | Path) -> Path:
         """Draw what 0.1 mm more rubber at each place of the surfaces does, as PNG, PDF or SVG by the suffix.
@@ -120,7 +118,7 @@ class ToleranceReport:
         return Path(path)
 
     def to_json(self) -> dict[str, Any]:
-        """All figures, in mm, rad, and the units of the causes."""
+        """All figures: motions in mm and rad; of each cause its tolerance in its unit, and mm and rad per unit."""
         return {
             name: {
                 "motion": list(scatter.motion),
@@ -152,7 +150,7 @@ class ToleranceReport:
             )
             for task in tasks
         ]
-        return "\n\n".join([*tables, *filter(None, map(doubt, materials(self.problem).values()))])
+        return "\n\n".join([*tables, *self.doubts])
 
     __repr__ = __str__
 
@@ -204,7 +202,8 @@ def tolerance_report(
                     second[task.name][motion] = deviation
     mesh = whole.disc.morph.mesh.at(whole.analysis.X)
     ends = {} if "rubber" in given else {task.name: _at_ends(whole, task.name) for task in problem.task}
-    return ToleranceReport(problem, scatters, solved, second, ballooning, mesh, by_nodes, ends)
+    doubts = [] if "rubber" in given else list(filter(None, map(doubt, materials(problem).values())))
+    return ToleranceReport(problem, scatters, solved, second, ballooning, mesh, by_nodes, ends, doubts)
 
 
 def _at_ends(whole: Solved, task: str) -> dict[float, np.ndarray | None]:
@@ -224,39 +223,9 @@ def read_tolerances(given: Mapping[str, Any]) -> Tolerances:
     Raises
     ------
     ProblemError
-        If one is unknown, is not a quantity of its kind, is negative, or too large to tell anything.
+        If one is not a tolerance, see `read_deviations`.
     """
-    names = list(KINDS)
-    values = {}
-    for name, text in given.items():
-        if name not in names:
-            raise ProblemError(f"{name}: is no tolerance; use {', '.join(names)}")
-        values[name] = _read(name, text)
-    return Tolerances(**values)
-
-
-def _read(name: str, text: Any) -> float:
-    kind, example = KINDS[name], '"10 %"'
-    if kind is not None:
-        try:
-            value = parse(text, kind)
-        except ValueError as error:
-            raise ProblemError(f"{name}: {error}") from None
-    else:
-        written = str(text_of(text)).strip()
-        try:
-            if not written.endswith("%"):
-                raise ValueError
-            value = 0.01 * float(written[:-1])
-        except ValueError:
-            raise ProblemError(f'{name}: "{text}" is not a percentage; write e.g. {example}') from None
-        if not value <= MOST_DEVIATION:
-            raise ProblemError(
-                f"{name}: {text} is more than first derivatives can tell; give at most {100 * MOST_DEVIATION:.0f} %"
-            )
-    if not value >= 0.0:
-        raise ProblemError(f"{name}: {text} is negative; a standard deviation is not")
-    return value
+    return Tolerances(**read_deviations(given))
 
 
 def _lines(

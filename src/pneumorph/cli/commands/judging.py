@@ -46,7 +46,10 @@ def tolerance(
         str | None, typer.Option(metavar="'5 %'", help="Of weight, loads, springs, and stiffness of sheets and fibres.")
     ] = None,
     task: Annotated[str | None, typer.Option(help="Only this task.")] = None,
-    json: Annotated[Path | None, typer.Option(help="Write all figures to this file as JSON.")] = None,
+    json: Annotated[
+        Path | None,
+        typer.Option(help="Write all figures to this file as JSON, in mm and rad per unit of each cause."),
+    ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="Draw what 0.1 mm more rubber at each place does (png, pdf or svg).")
     ] = None,
