@@ -7,6 +7,9 @@ from pneumorph.errors import ProblemError
 from pneumorph.problem import Problem, loads
 
 
+SPANNED = '{ kind = "workspace", axes = ["z"] }'
+
+
 def with_robust(table, rest=""):
     return loads(problem_text(f"{EXTEND}[robust]\n{table}\n{rest}"))
 
@@ -57,6 +60,30 @@ def test_nonsense_is_refused_by_its_key(table, key):
 def test_what_bears_loads_beside_the_rubber_is_refused(rest):
     with pytest.raises(ProblemError, match=r"robust: is not possible with"):
         with_robust("", rest)
+
+
+@pytest.mark.parametrize(
+    ("objective", "more"),
+    [
+        ('{ kind = "blocked", motion = "extension" }', 'hold = ["axial"]'),
+        ('{ kind = "stiffness", motion = "shift_x" }', ""),
+        (SPANNED, '[[task]]\nname = "pull"\npressure = {}\nforce = ["0 N", "0 N", "1 N"]\nobjective = ' + SPANNED),
+        *(
+            (f'{{ kind = "minimize", of = "{of}" }}', 'limits = { at_least = { extension = "0.1 mm" } }')
+            for of in ("mass", "air", "stretch")
+        ),
+    ],
+)
+def test_tasks_about_more_than_motions_are_refused_by_their_kind(objective, more):
+    """A force of a held tip changes with castings too, but its slopes are not those of motions."""
+    task = f'[[task]]\nname = "push"\npressure = {{ A = "20 kPa" }}\nobjective = {objective}\n{more}\n'
+    assert loads(problem_text(task)).robust is None
+    with pytest.raises(ProblemError) as refused:
+        loads(problem_text(f'{task}[robust]\nrubber = "5 %"\n'))
+    kind = objective.split('"')[1]
+    begin = f'robust: is not possible with the objective "{kind}" of the task "push" yet'
+    assert str(refused.value).startswith(begin)
+    assert "\n" not in str(refused.value)
 
 
 def test_without_the_table_designs_are_not_robust():

@@ -9,7 +9,7 @@ from pneumorph.problem.tables import Tables
 
 
 def check_robust(problem: Tables) -> Iterator[tuple[str, str]]:
-    """Designs are robust without what bears loads beside one rubber."""
+    """Designs are robust without what bears loads beside one rubber, and in motions alone."""
     if problem.robust is None:
         return
     beside = {
@@ -17,11 +17,14 @@ def check_robust(problem: Tables) -> Iterator[tuple[str, str]]:
         "several rubbers": problem.region,
         "sealed or filled chambers": any(each.gas is not None for each in problem.body.chamber)
         or any(task.volumes for task in problem.task),
-        "objectives of stiffness, force or stretch": any(task.objective.beyond_motion for task in problem.task),
     }
     for what, there in beside.items():
         if there:
             yield "robust", f"is not possible with {what} yet; leave it out"
+    for task in problem.task:
+        if task.objective.beyond_motion:
+            kind = f'the objective "{task.objective.kind}" of the task "{task.name}"'
+            yield "robust", f"is not possible with {kind} yet, only with motions; leave one of them out"
     half = f"half of limits.wall = {problem.limits.wall:g} mm or more"
     for key, moved in (("wall", problem.robust.wall), ("shift", problem.robust.shift)):
         if moved >= problem.limits.wall / 2:

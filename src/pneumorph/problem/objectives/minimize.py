@@ -39,8 +39,8 @@ class Minimize(ObjectiveTable):
 
     @property
     def beyond_motion(self) -> bool:
-        """Whether it is the stretch."""
-        return self.of == "stretch"
+        """True: the motion that it needs is a limit."""
+        return True
 
     def inconsistencies(self, known: Known) -> Iterator[Fault]:
         """See `ObjectiveTable.inconsistencies`."""
