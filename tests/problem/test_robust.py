@@ -6,7 +6,6 @@ from texts import EXTEND, problem_text
 from pneumorph.errors import ProblemError
 from pneumorph.problem import Problem, loads
 
-
 SPANNED = '{ kind = "workspace", axes = ["z"] }'
 
 

@@ -73,7 +73,7 @@ class ObjectiveTable(Table):
 
     @property
     def beyond_motion(self) -> bool:
-        """Whether it is about something other than how the body moves and what it touches, or leaves the motion to limits."""
+        """Whether it is about something other than motions and what is touched, or leaves the motion to limits."""
         return False
 
     @property
