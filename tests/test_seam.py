@@ -72,9 +72,8 @@ class Neighbours:
 
     matrix: np.ndarray
 
-    @property
-    def order(self):
-        return np.arange(3 * len(self.matrix)).reshape(-1, 3).T.ravel()
+    def within(self, L):
+        return L[np.arange(3 * len(self.matrix)).reshape(-1, 3).T.ravel()], self.apply
 
     def apply(self, coordinates):
         return (coordinates.reshape(3, -1) @ self.matrix).ravel()

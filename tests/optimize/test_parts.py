@@ -71,6 +71,30 @@ def test_the_moduli_of_a_smoothing_are_above_it():
         assert (np.abs(smooth.transpose(z)) <= smooth.moduli.transpose(np.abs(z)) + 1e-12).all()
 
 
+SYMMETRIES = {
+    "mirrors": 'mirror = ["xz", "yz"]',
+    "one mirror": 'mirror = ["xz"]',
+    "rotation": "rotation = 3",
+    "half-turn": 'half_turn = "x"',
+    "both": 'half_turn = "x", rotation = 3',
+}
+
+
+@pytest.mark.parametrize("symmetry", SYMMETRIES)
+def test_smoothing_a_part_of_a_symmetric_net_smooths_all_of_it(symmetry):
+    text = FILE.replace("control_density", f"symmetry = {{ {SYMMETRIES[symmetry]} }}\ncontrol_density")
+    space = build_design_space(problem := loads(text), starting_body(problem.tubes))
+    smooth = build_smoothing(space)
+    rng = np.random.default_rng(1)
+    z = rng.standard_normal(space.n)
+    assert smooth.apply(z)[: space.n_shape] == pytest.approx(smoothed(space, smooth, z), abs=1e-12)
+    # Lᵀ A L is symmetric, and the transpose is made of the same parts.
+    g = rng.standard_normal(space.n)
+    assert smooth.apply(z) @ g == pytest.approx(z @ smooth.transpose(g), rel=1e-10, abs=1e-10)
+    taken = sum(moved.shape[0] for moved, _ in smooth._parts)
+    assert taken < 0.7 * space.L.shape[0] or symmetry == "half-turn"
+
+
 def test_smoothing_damps_waves_of_one_span_and_spares_long_ones(stage):
     _, body, space, smooth = stage
     net = body.exterior.net.shape
@@ -123,13 +147,17 @@ def test_dfp_solves_a_quadratic(seed):
 def test_smoothing_averages_nets_along_and_around(stage):
     _, body, space, smooth = stage
     z = np.random.default_rng(1).standard_normal(space.n)
+    assert smooth.apply(z)[: space.n_shape] == pytest.approx(smoothed(space, smooth, z), abs=1e-12)
+
+
+def smoothed(space, smooth, z):
+    """The averages of a step of whole nets, as they are defined."""
     points = (space.L @ z[: space.n_shape]).reshape(-1, 3)
-    moved = np.empty_like(points)
+    moved, body = np.empty_like(points), space.reference
     for where, surface, average in zip(body.slices, body.surfaces, smooth.averages, strict=True):
         net = points[where].reshape(surface.net.shape)
         moved[where] = np.einsum("ij,jkc,kl->ilc", average.along, net, average.around).reshape(-1, 3)
-    expected = (space.L.T @ moved.ravel()) / smooth.entries
-    assert smooth.apply(z)[: space.n_shape] == pytest.approx(expected, abs=1e-12)
+    return (space.L.T @ moved.ravel()) / smooth.entries
 
 
 @pytest.mark.parametrize("paper", [False, True])

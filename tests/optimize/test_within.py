@@ -7,7 +7,9 @@ from tiny import tiny
 
 from pneumorph.errors import Hopeless
 from pneumorph.limits.report import LimitReport
+from pneumorph.limits.table import ROWS
 from pneumorph.optimize import within
+from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.start import begin_within
 from pneumorph.optimize.within import Within
@@ -59,3 +61,20 @@ def test_limits_that_conflict_are_named_with_how_far_they_are_missed() -> None:
     message = str(caught.value)
     assert "violates limits." in message and " %, " in message and "\n" not in message
     assert sum(f"limits.{name}" in message for name in ("wall", "fold", "envelope")) > 1, message
+
+
+def test_distances_change_as_they_are_expected_to_near_a_design(setup: Setup) -> None:
+    space, (distances, others) = setup.space, setup.limits.of_distances
+    phi, rng, spec = bulged(setup, 0.3), np.random.default_rng(1), setup.problem.limits
+    here = linear_limits(space, distances, phi, 0.5, -0.5)
+    change = setup.smooth.apply(rng.standard_normal(space.n))
+    change *= setup.settings.repair.straight * min(spec.wall, spec.fold.distance) / np.abs(change).max()
+    expected, there = here.moved(change), linear_limits(space, distances, phi + change, 0.5, -0.5)
+    for kind in np.unique(there.rows.kind):
+        worst = (float(rows.value[rows.kind == kind].max()) for rows in (expected.rows, there.rows))
+        assert abs(next(worst) - next(worst)) < 5e-4, ROWS[kind]
+    # Together with the others they are all limits.
+    every = linear_limits(space, setup.limits, phi, 0.5, -0.5)
+    both = here.with_others(linear_limits(space, others, phi, 0.5, -0.5))
+    assert np.sort(both.rows.value) == pytest.approx(np.sort(every.rows.value))
+    assert np.sort(both.jacobian @ change) == pytest.approx(np.sort(every.jacobian @ change))

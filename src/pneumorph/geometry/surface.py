@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+
+Map = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""A function of an array that gives another of the same shape."""
 
 
 class Average(Protocol):
@@ -16,13 +20,12 @@ class Average(Protocol):
     As a matrix it is symmetric, with entries that are not negative and rows that sum to at most one.
     """
 
-    @property
-    def order(self) -> NDArray[np.int64]:
-        """The order (3·n_points,) in which it takes coordinates, of which that of point i along axis k has 3 i + k."""
-        ...
+    def within(self, L: sparse.csr_array) -> tuple[sparse.csr_array, Map]:
+        """The average among motions L z alone, as M and a map F with Lᵀ A L = Mᵀ F M; A is the average.
 
-    def apply(self, coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The averages (3·n_points,) of coordinates, both in that order."""
+        Coordinates that are images of others under a symmetry may be left out of M, (k, n) for an L (3·n_points, n) in
+        which that of point i along axis k has the row 3 i + k.
+        """
         ...
 
 

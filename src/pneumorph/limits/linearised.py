@@ -92,6 +92,9 @@ def linearised(
             for limit in kind.limits:
                 if limit.name in violated:
                     add([ROWS.index(limit.name)], kind.rows_at(at, limit.name, violated[limit.name]))
+    if not blocks:
+        none = np.zeros(0, dtype=int)
+        return Rows(none, none, np.zeros(0), sparse.csr_array((0, 3 * at.body.n_points)), close)
     column, entry = (np.concatenate([getattr(block, name).ravel() for block in blocks]) for name in ("column", "entry"))
     width = np.concatenate([np.full(len(block.cell), block.column.shape[1]) for block in blocks])
     start = np.concatenate([[0], np.cumsum(width)])

@@ -78,6 +78,15 @@ class ShapeLimits:
         """
         return linearised(self.kinds, self.sampled(body), reach, least, places, violated)
 
+    @property
+    def of_distances(self) -> tuple[ShapeLimits, ShapeLimits]:
+        """The limits on distances alone, and all others."""
+        groups: tuple[list[Kind[Any, Any, Any]], ...] = ([], [])
+        for kind in self.kinds:
+            groups[any(limit.per is None for limit in kind.limits)].append(kind)
+        distances, others = (replace(self, kinds=tuple(group)) for group in groups)
+        return distances, others
+
     def certify(self, body: Body) -> LimitReport:
         """The certified worst values of all limits."""
         return certify(self.kinds, self.enclosed(body))

@@ -30,6 +30,21 @@ class LinearLimits:
     rows: Rows
     jacobian: sparse.csr_array
 
+    def moved(self, change: np.ndarray) -> LinearLimits:
+        """As they are expected to be after a change (n,) of the variables."""
+        value = self.rows.value + self.jacobian @ change
+        return LinearLimits(self.rows._replace(value=value), self.jacobian)
+
+    def with_others(self, others: LinearLimits) -> LinearLimits:
+        """Together with other limits on the same variables."""
+        pairs = {
+            name: np.concatenate([getattr(self.rows, name), getattr(others.rows, name)])
+            for name in ("kind", "cell", "value")
+        }
+        stacked = sparse.csr_array(sparse.vstack([self.rows.jacobian, others.rows.jacobian]))
+        rows = Rows(**pairs, jacobian=stacked, places={**self.rows.places, **others.rows.places})
+        return LinearLimits(rows, sparse.csr_array(sparse.vstack([self.jacobian, others.jacobian])))
+
     def excess(self, margins: np.ndarray = MARGIN) -> np.ndarray:
         """c (m,) with the margins (kinds,) that are to be kept."""
         return self.rows.value + margins[self.rows.kind]

@@ -116,6 +116,10 @@ class RepairSettings:
     reach: float = 0.1
     """Distances up to this far (mm) within their bound are kept as limits during motions: half of a usual step."""
 
+    straight: float = 0.015
+    """Distances are linearised again after motions longer than this part of the smallest wall or fold. Until then what
+    two walls move along each other changes their distance by less than 0.05 % of it, a quarter of its margin."""
+
     least: float = -0.05
     """So are other measures above this value, in parts of their bounds, where 0 is the bound."""
 

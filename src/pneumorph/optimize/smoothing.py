@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.geometry import DesignSpace
-from pneumorph.geometry.surface import Average
+from pneumorph.geometry.surface import Average, Map
 
 STRENGTH = 1.0
 """Of the averages, see `Surface.average`: with it control nets do not fold."""
@@ -41,13 +41,18 @@ class Smoothing:
         return np.concatenate([self._back @ moved, g[shape:]])
 
     @cached_property
-    def _forth(self) -> sparse.csr_array:
-        """L with its rows in the order in which the averages take them."""
-        order = [
-            3 * where.start + average.order
-            for where, average in zip(self.space.reference.slices, self.averages, strict=True)
+    def _parts(self) -> list[tuple[sparse.csr_array, Map]]:
+        """What each surface's average is within the motions that there are, see `Average.within`."""
+        L = sparse.csr_array(self.space.L)
+        slices = self.space.reference.slices
+        return [
+            average.within(L[3 * where.start : 3 * where.stop])
+            for where, average in zip(slices, self.averages, strict=True)
         ]
-        return sparse.csr_array(self.space.L)[np.concatenate(order)]
+
+    @cached_property
+    def _forth(self) -> sparse.csr_array:
+        return sparse.csr_array(sparse.vstack([moved for moved, _ in self._parts]))
 
     @cached_property
     def _back(self) -> sparse.csr_array:
@@ -60,10 +65,10 @@ class Smoothing:
 
     def _averaged(self, coordinates: np.ndarray) -> np.ndarray:
         """The averages of coordinates, in the order of `_forth`."""
-        out = np.empty_like(coordinates)
-        for where, average in zip(self.space.reference.slices, self.averages, strict=True):
-            own = slice(3 * where.start, 3 * where.stop)
-            out[own] = average.apply(coordinates[own])
+        out, first = np.empty_like(coordinates), 0
+        for moved, average in self._parts:
+            own = slice(first, first + moved.shape[0])
+            out[own], first = average(coordinates[own]), own.stop
         return out
 
 

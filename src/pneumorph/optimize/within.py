@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.limits.report import LimitReport
 from pneumorph.limits.table import BY_NAME, ROWS
 from pneumorph.optimize.least_motion import least_motion
-from pneumorph.optimize.linear_limits import MARGIN, linear_limits
+from pneumorph.optimize.linear_limits import MARGIN, LinearLimits, linear_limits
 from pneumorph.optimize.settings import RepairSettings
 from pneumorph.optimize.smoothing import Smoothing
 
@@ -129,9 +130,10 @@ class _Search:
         settings = self.settings
         best, least, in_vain = phi, np.inf, 0
         resisting: Mapping[str, Points] = {}
+        distances = None
         for _ in range(settings.motions):
             counted("motion")
-            linear = linear_limits(self.space, self.limits, phi, settings.reach, settings.least, places, violated)
+            linear, distances = self._linear(phi, places, violated, distances)
             places, excess = linear.rows.places, linear.excess(margins)
             margin = MARGIN[linear.rows.kind]
             worst = float((excess - settings.accuracy * margin).max(initial=0.0))
@@ -150,3 +152,27 @@ class _Search:
             )
             phi = np.clip(phi + motion.smooth, self.lower, self.upper)
         return best, resisting
+
+    def _linear(
+        self,
+        phi: np.ndarray,
+        places: Mapping[str, Points] | None,
+        violated: Places | None,
+        known: _Distances | None,
+    ) -> tuple[LinearLimits, _Distances]:
+        """All limits linearised at Φ, where distances are known near it by these alone; and what is known of them then."""
+        settings, spec = self.settings, self.limits.spec
+        of_distances, of_others = self.limits.of_distances
+        near = settings.straight * min(spec.wall, spec.fold.distance)
+        if known is None or np.abs(phi - known.phi).max() > near:
+            reach, least = settings.reach, settings.least
+            known = _Distances(phi, linear_limits(self.space, of_distances, phi, reach, least, places, violated))
+        others = linear_limits(self.space, of_others, phi, settings.reach, settings.least, places, violated)
+        return known.linear.moved(phi - known.phi).with_others(others), known
+
+
+class _Distances(NamedTuple):
+    """The limits on distances as they are linearised at Φ (n,)."""
+
+    phi: np.ndarray
+    linear: LinearLimits

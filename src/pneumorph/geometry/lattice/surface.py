@@ -11,6 +11,7 @@ from scipy import linalg, sparse
 
 from pneumorph.cad.shells import quarters
 from pneumorph.geometry.bspline import Basis, uniform
+from pneumorph.geometry.surface import Map
 
 Array = NDArray[np.float64]
 
@@ -76,14 +77,13 @@ class LatticeAverage:
 
     along: tuple[Array, ...]
 
-    @property
-    def order(self) -> NDArray[np.int64]:
-        """See `Average`: all x of the control points, then all y, then all z."""
+    def within(self, L: sparse.csr_array) -> tuple[sparse.csr_array, Map]:
+        """See `Average`."""
         n = int(np.prod([len(each) for each in self.along]))
-        return np.arange(3 * n).reshape(n, 3).T.ravel()
+        return L[np.arange(3 * n).reshape(n, 3).T.ravel()], self.apply
 
     def apply(self, coordinates: Array) -> Array:
-        """See `Average`."""
+        """The averages of coordinates (3 n,): all x of the control points, then all y, then all z."""
         x, y, z = self.along
         moved = (x @ coordinates.reshape(3, len(x), -1)).reshape(3, len(x), len(y), len(z))
         return (y @ moved @ z).ravel()

@@ -16,10 +16,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 
-def expected_peaks(c: Floats, least: float) -> Floats:
-    """Estimated peaks near samples c (kinds, rows, columns); minus infinity where they are not above `least`."""
-    peaks = np.empty_like(c)
-    each(lambda kind: _expect(c[kind], least, peaks[kind]), range(len(c)))
+def expected_peaks(c: Floats, least: float, own: NDArray[np.bool_]) -> Floats:
+    """Estimated peaks near `own` samples, for samples c (kinds, rows, columns); -inf where they are not above `least`."""
+    peaks = np.full_like(c, -np.inf)
+    each(lambda kind: _expect(c[kind], least, own, peaks[kind]), range(len(c)))
     return peaks
 
 
@@ -40,12 +40,11 @@ def peaks_at(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Fl
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _expect(c, least, into):
-    """Write the values of `expected_peaks` for one kind to `into` (rows, columns)."""
+def _expect(c, least, own, into):
+    """Write the values of `expected_peaks` for one kind, where they are above `least`, to `into` (rows, columns)."""
     for row in range(c.shape[0]):
         for column in range(c.shape[1]):
-            into[row, column] = -np.inf
-            if _highest(c, row, column) > least:
+            if own[row, column] and _highest(c, row, column) > least:
                 value = _peak(c, row, column)[0]
                 if value > least:
                     into[row, column] = value

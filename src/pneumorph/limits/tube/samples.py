@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 from scipy.spatial import KDTree
 
 from pneumorph.geometry import Body
@@ -60,6 +62,11 @@ class LimitSamples:
     own_coarse: tuple[Mask, ...]
     own_spans: tuple[Mask, ...]
 
+    @cached_property
+    def seen_fine(self) -> tuple[Mask, ...]:
+        """Of the fine samples those that are own, and the neighbours from which peaks are expected (`peaks.py`)."""
+        return tuple(map(_with_neighbours, self.own_fine))
+
     @property
     def first(self) -> Ints:
         """Index of each surface's first knot-span cell, and finally the number of all cells."""
@@ -104,6 +111,12 @@ def _own(body: Body, samples: Sequence[tuple[Floats, ...]], group: Sequence[Floa
         first = np.where(distance < SAME, np.minimum(first, image), first)
     split = np.split(first == np.arange(len(x)), np.cumsum([rows * columns for rows, columns in shapes])[:-1])
     return tuple(mask.reshape(shape) for mask, shape in zip(split, shapes, strict=True))
+
+
+def _with_neighbours(own: Mask) -> Mask:
+    """Samples (rows, columns) of a closed surface at most two from own ones along it, or one around it."""
+    along = maximum_filter1d(own.astype(np.uint8), 5, axis=0, mode="constant")
+    return maximum_filter1d(along, 3, axis=1, mode="wrap") > 0
 
 
 def cell_of(limits: LimitSamples, number: int, q: Floats, r: Floats) -> Ints:

@@ -46,6 +46,13 @@ AREA = Limit("area", "relative area", "", True, 0.004, None, lambda limits: MIN_
 _LIMITS = (CURVATURE, SKEW, STRETCH, AREA)
 """In the order in which measures are numbered."""
 
+_SQUARES = (CURVATURE, SKEW, STRETCH)
+"""The first of them, which are squares. Their rows are of twice the roots, which have the same value and slope at the
+bound and are nearer to linear in the control points: a row of the square itself asks for too short a motion."""
+
+_STEEP = 0.25
+"""Share of the bound below which a root would be too steep, and goes on as its tangent."""
+
 AROUND = ((1, 1, 0, 0), (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0.5, 0), (0, 0, -0.5, 0), (0, 0, 0, 0.5), (0, 0, 0, -0.5))
 """Places around a sample where a peak is sought: parts of its expected offsets along q and r, and sample distances."""
 
@@ -73,14 +80,15 @@ class Shapes:
             kind, cell, q, r = _distinct(samples.fine[number], kind, cell, q, r)
             value, entry, column = differentiated(surface, kind, q, r, samples.spec.stretch.form)
             excess = scale[kind] * value + shift[kind]
-            entry *= scale[kind][:, None]
+            c, slope = _straightened(kind, excess)
+            entry *= (slope * scale[kind])[:, None]
             column += 3 * body.slices[number].start
             close = {}
             for k, limit in enumerate(self.limits):
                 some = np.flatnonzero((excess > CLOSE) & (kind == k))
                 here = np.full(len(some), number)
                 close[limit.name] = Points(here, on_tube(q[some], r[some]), value[some], value[some])
-            yield RowBlock(kind, samples.first[number] + cell, excess, column, entry, close)
+            yield RowBlock(kind, samples.first[number] + cell, c, column, entry, close)
 
     def rows_at(self, at: SampledTubes, limit: str, places: Points | Pairs) -> Iterator[RowBlock]:
         # They are among `Near.places`.
@@ -106,18 +114,27 @@ class Shapes:
         return {each.name: each.sign * (at.measured(each.name) / each.bound(spec) - 1.0) for each in self.limits}
 
 
+def _straightened(kind: Ints, excess: Floats) -> tuple[Floats, Floats]:
+    """c, and its derivative by the excess over the bound, (m,) each, of roots where the measures are squares."""
+    share = np.maximum(1.0 + excess, _STEEP)
+    root = np.sqrt(share)
+    c = 2.0 * (root - 1.0) + (1.0 + excess - share) / root
+    square = kind < len(_SQUARES)
+    return np.where(square, c, excess), np.where(square, 1.0 / root, 1.0)
+
+
 def _worst_places(
     limits: LimitSamples, number: int, surface: TubeSurface, scale: Floats, shift: Floats, least: float
 ) -> tuple[Ints, Ints, Floats, Floats]:
     """Kind, cell, q and r of the worst samples of every cell; those near their bounds are moved to nearby peaks."""
     samples, form = limits.fine[number], limits.spec.stretch.form
-    c = measured_samples(surface, samples, form)
+    own, spans = limits.own_fine[number], limits.spans[number]
+    c = measured_samples(surface, samples, form, limits.seen_fine[number])
     for kind in range(len(c)):
         c[kind] = scale[kind] * c[kind] + shift[kind]
     # The worst sample, and the one with the highest expected peak: at a kink on a knot line expectations are too high.
     near = max(least, CLOSE)
-    fields = [(values, least) for values in c] + [(values, near) for values in expected_peaks(c, near)]
-    own, spans = limits.own_fine[number], limits.spans[number]
+    fields = [(values, least) for values in c] + [(values, near) for values in expected_peaks(c, near, own)]
     picked = each(lambda field: worst_samples(field[0], own, FINE, spans, field[1]), fields)
     kind = np.repeat(np.tile(np.arange(len(c)), 2), [len(cell) for _, _, cell in picked])
     row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))

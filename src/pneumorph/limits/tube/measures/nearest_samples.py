@@ -81,6 +81,10 @@ def facing_samples(points: Floats, ways: Floats, x: Floats, normals: Floats, rea
 def _searched(
     points: Floats, ways: Floats, x: Floats, normals: Floats, reach: float, weight: float
 ) -> tuple[Floats, Ints]:
+    near_by = _around(points, x, reach)
+    x, normals = x[near_by], normals[near_by] if weight else normals
+    if not len(x):
+        return np.full(len(points), np.inf), np.zeros(len(points), dtype=np.int64)
     sorted_ = cubes(x, reach)
     x, least, most = x[sorted_.order], normals, normals
     if weight:
@@ -97,7 +101,18 @@ def _searched(
         _search(points[some], ways_here, samples, tuple(sorted_), reach, weight, distance[some], near[some])
 
     each(work, [slice(first, first + _SHARE) for first in range(0, max(len(points), 1), _SHARE)])
-    return distance, near
+    return distance, np.where(np.isfinite(distance), near_by[near], 0)
+
+
+def _around(points: Floats, x: Floats, reach: float) -> Ints:
+    """The samples in the box around all points, and as much beyond it as the reach: of a part of a body, a part."""
+    if not len(points):
+        return np.arange(len(x))
+    low, high = points.min(axis=0) - _CERTAIN * reach, points.max(axis=0) + _CERTAIN * reach
+    inside = np.ones(len(x), dtype=bool)
+    for c in range(3):
+        inside &= (x[:, c] >= low[c]) & (x[:, c] <= high[c])
+    return np.flatnonzero(inside)
 
 
 @numba.njit(cache=True, nogil=True)

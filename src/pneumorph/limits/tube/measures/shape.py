@@ -43,14 +43,16 @@ def _tube(surface: TubeSurface, form: Form) -> _Tube:
     return _Tube(nets, pieces(surface.basis_q), (tau_q, tau_r), along, form == "per_mm")
 
 
-def measured_samples(surface: TubeSurface, samples: Grid, form: Form) -> Floats:
-    """All measures (4, rows, columns) on the samples."""
-    tube, measured = _tube(surface, form), np.empty((4, *samples.shape))
+def measured_samples(surface: TubeSurface, samples: Grid, form: Form, some: NDArray[np.bool_] | None = None) -> Floats:
+    """All measures (4, rows, columns) on the samples, or on some (rows, columns) of them; NaN on the others."""
+    wanted = np.ones(samples.shape, dtype=bool) if some is None else some
+    tube, measured = _tube(surface, form), np.full((4, *samples.shape), np.nan)
     parts = samples.frame
 
     def work(some: slice) -> None:
         by_r = samples.support_r[some], samples.local_frame[:, :, some], parts.shrink[some, 0], parts.slope[some, 0]
-        _measure_rows(tube, parts.side[some], *by_r, samples.support_q, samples.local_q, measured[:, some])
+        by_q = samples.support_q, samples.local_q
+        _measure_rows(tube, parts.side[some], *by_r, *by_q, wanted[some], measured[:, some])
 
     each(work, [slice(first, first + _ROWS) for first in range(0, len(samples.r), _ROWS)])
     return measured
@@ -102,8 +104,8 @@ def differentiated(surface: TubeSurface, kind: Ints, q: Floats, r: Floats, form:
 
 
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS, error_model="numpy")
-def _measure_rows(tube, side, support_r, by_r, shrink, slope, support_q, by_q, into):
-    """Fill `into` (4, rows, columns) with the measures on rows of samples."""
+def _measure_rows(tube, side, support_r, by_r, shrink, slope, support_q, by_q, wanted, into):
+    """Fill `into` (4, rows, columns) with the measures on the `wanted` (rows, columns) samples."""
     aspect = tube.size[1] / tube.size[0]
     lines, tangents = np.empty((tube.nets.shape[2], 4, 3)), np.empty((5, 3))
     for row in range(len(support_r)):
@@ -117,6 +119,8 @@ def _measure_rows(tube, side, support_r, by_r, shrink, slope, support_q, by_q, i
                         value += by_r[k, c, row, i] * net[support_r[row, i], j, c]
                     lines[j, k, c] = value
         for column in range(len(support_q)):
+            if not wanted[row, column]:
+                continue
             tangents[:] = 0.0
             for j in range(4):
                 line, b = lines[support_q[column, j]], by_q[:, column, j]
