@@ -6,6 +6,9 @@ import ipctk
 import jax
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from pneumorph.mechanics import (
     Equilibrium,
@@ -30,6 +33,7 @@ from pneumorph.mechanics.contact.implicit import Implicit
 from pneumorph.mechanics.contact.pairs import Pairs
 from pneumorph.mechanics.contact.samples import surface_of
 from pneumorph.mechanics.contact.shapes import Box, Cylinder, Plane, RigidMesh, Sphere
+from pneumorph.mechanics.contact.skin import _distinct
 from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mechanics.solve.balance import INTERPENETRATION, free_share
 from pneumorph.mesh.tets import TetMesh
@@ -479,3 +483,10 @@ def test_a_shortened_step_is_never_nothing():
         u[:, 1] += rng.uniform(0.01, 1.0)
         step = model.vector(model.state(start)._replace(u=u))
         assert 0.0 < free_share(at, start, step) < 1.0
+
+
+@given(arrays(np.int64, st.tuples(st.integers(0, 30), st.integers(2, 3)), elements=st.integers(-1, 3)))
+def test_distinct_rows_are_those_of_numpy(rows):
+    _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    found = _distinct(rows)
+    assert np.array_equal(found[0], first) and np.array_equal(found[1], number.ravel())

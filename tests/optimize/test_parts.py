@@ -145,7 +145,7 @@ def test_dfp_solves_a_quadratic(seed):
 
 
 def test_smoothing_averages_nets_along_and_around(stage):
-    _, body, space, smooth = stage
+    _, _, space, smooth = stage
     z = np.random.default_rng(1).standard_normal(space.n)
     assert smooth.apply(z)[: space.n_shape] == pytest.approx(smoothed(space, smooth, z), abs=1e-12)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -70,9 +69,10 @@ DESIGN_ACCURACY = 1e-6
 class Discretisation:
     """A mesh that follows the control points, its mechanical model, and a linear solver and an objective for each task.
 
-    `built_at` (n_points, 3) are the control points, in mm, for which it was meshed. In parts, `lateral` are
-    the models of lateral motions, each with the linear solver that they share. `castings` that are off, by task, are
-    solved beside the design where it is to be robust.
+    `built_at` (n_points, 3) are the control points, in mm, for which it was meshed. `skin` is the surface of the whole
+    body, which is the same for all places of the nodes. In parts, `lateral` are the models of lateral motions, each with
+    the linear solver that they share. `castings` that are off, by task, are solved beside the design where it is to be
+    robust.
     """
 
     morph: Morph
@@ -80,13 +80,9 @@ class Discretisation:
     model: Model
     tangents: dict[str, Tangent]
     objectives: dict[str, Objective]
+    skin: Skin
     lateral: tuple[tuple[Model, Tangent], ...] = ()
     castings: Mapping[str, tuple[Casting, ...]] = field(default_factory=dict)
-
-    @cached_property
-    def skin(self) -> Skin:
-        """The surface of the whole body."""
-        return Skin(self.morph.mesh)
 
     @property
     def factorisations(self) -> int:
@@ -156,7 +152,7 @@ def build_discretisation(problem: Problem, morph: Morph, built_at: np.ndarray) -
     tangents = {task.name: Tangent(model) for task in problem.task}
     kinds = lateral_models(model, morph.mesh)
     lateral = tuple(zip(kinds, [Tangent(model)] * len(kinds), strict=True)) if kinds else ()
-    return Discretisation(morph, built_at, model, tangents, build_objectives(problem), lateral)
+    return Discretisation(morph, built_at, model, tangents, build_objectives(problem), Skin(morph.mesh), lateral)
 
 
 def refuse_friction(problem: Problem) -> None:

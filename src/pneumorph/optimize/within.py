@@ -160,7 +160,7 @@ class _Search:
         violated: Places | None,
         known: _Distances | None,
     ) -> tuple[LinearLimits, _Distances]:
-        """All limits linearised at Φ, where distances are known near it by these alone; and what is known of them then."""
+        """All limits linearised at Φ, where distances known near it are not measured again; and what is known then."""
         settings, spec = self.settings, self.limits.spec
         of_distances, of_others = self.limits.of_distances
         near = settings.straight * min(spec.wall, spec.fold.distance)

@@ -104,8 +104,9 @@ def approach(pairs, sides, neighbourhood):
     return attained, at
 
 
-@numba.njit(cache=True, nogil=True)
-def candidates(centres, radii, others, other_radii, reach, same):
+def candidates(
+    centres: Floats, radii: Floats, others: Floats, other_radii: Floats, reach: float, same: bool
+) -> tuple[Ints, Floats]:
     """Pairs (m, 2) of patches whose balls are within reach, and the distances (m,) of these balls.
 
     Parameters
@@ -119,23 +120,51 @@ def candidates(centres, radii, others, other_radii, reach, same):
     same : bool
         Whether both sides are one surface, of which each pair is taken once.
     """
+    # Along the axis in which they extend farthest, few of the others are as near.
+    axis = int(np.argmax(np.ptp(others, axis=0))) if len(others) else 0
+    order = np.argsort(others[:, axis], kind="stable")
+    along, room = others[order, axis], reach + radii + other_radii.max(initial=0.0)
+    first, end = (np.searchsorted(along, centres[:, axis] + sign * room, side) for sign, side in _ENDS)
+    return _within_reach(centres, radii, others, other_radii, reach, same, order, first, end)
+
+
+_ENDS = ((-1.0, "left"), (1.0, "right"))
+
+
+@numba.njit(cache=True, nogil=True)
+def _within_reach(centres, radii, others, other_radii, reach, same, order, first, end):
+    """The results of `candidates`, for which the others in places `first` to `end` (n,) of `order` are looked at."""
     count, pairs, away = 0, np.empty((0, 2), dtype=np.int64), np.empty(0)
+    near = np.empty(len(others), dtype=np.int64)
     for fill in range(2):
         if fill:
             pairs, away = np.empty((count, 2), dtype=np.int64), np.empty(count)
             count = 0
         for i in range(len(centres)):
-            for j in range(i if same else 0, len(others)):
-                square = 0.0
-                for c in range(3):
-                    square += (centres[i, c] - others[j, c]) ** 2
+            found = 0
+            for place in range(first[i], end[i]):
+                j = order[place]
                 room = reach + radii[i] + other_radii[j]
-                if square < room * room:
-                    if fill:
-                        pairs[count, 0], pairs[count, 1] = i, j
-                        away[count] = np.sqrt(square) - radii[i] - other_radii[j]
+                if (j >= i or not same) and _square(centres[i], others[j]) < room * room:
+                    near[found] = j
+                    found += 1
+            if fill:
+                for j in np.sort(near[:found]):
+                    pairs[count, 0], pairs[count, 1] = i, j
+                    away[count] = np.sqrt(_square(centres[i], others[j])) - radii[i] - other_radii[j]
                     count += 1
+            else:
+                count += found
     return pairs, away
+
+
+@numba.njit(cache=True)
+def _square(one, other):
+    """Square of the distance of two points."""
+    square = 0.0
+    for c in range(3):
+        square += (one[c] - other[c]) ** 2
+    return square
 
 
 def least_distances(
