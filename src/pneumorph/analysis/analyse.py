@@ -70,8 +70,8 @@ class Discretisation:
     """A mesh that follows the control points, its mechanical model, and a linear solver and an objective for each task.
 
     `built_at` (n_points, 3) are the control points, in mm, for which it was meshed. `skin` is the surface of the whole
-    body, which is the same for all places of the nodes. In parts, `lateral` are the models of lateral motions, each with
-    the linear solver that they share. `castings` that are off, by task, are solved beside the design where it is to be
+    body, which is the same wherever the nodes are. In parts, `lateral` are the models of lateral motions, each with the
+    linear solver that they share. `castings` that are off, by task, are solved beside the design where it is to be
     robust.
     """
 

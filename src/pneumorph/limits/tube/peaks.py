@@ -17,7 +17,7 @@ Ints = NDArray[np.integer]
 
 
 def expected_peaks(c: Floats, least: float, own: NDArray[np.bool_]) -> Floats:
-    """Estimated peaks near `own` ones of the samples c (kinds, rows, columns); -inf where they are not above `least`."""
+    """Estimated peaks near own samples of c (kinds, rows, columns); minus infinity where they are not above `least`."""
     peaks = np.full_like(c, -np.inf)
     each(lambda kind: _expect(c[kind], least, own, peaks[kind]), range(len(c)))
     return peaks
