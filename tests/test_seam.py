@@ -145,7 +145,12 @@ class WallAlone:
 
     @property
     def spec(self):
-        return SimpleNamespace(wall=self.wall)
+        return SimpleNamespace(wall=self.wall, fold=SimpleNamespace(distance=self.wall))
+
+    @property
+    def of_distances(self):
+        """Itself, and nothing else: no distance is below minus infinity."""
+        return self, WallAlone(-np.inf)
 
     def pairs(self, body):
         (B, b), (C, c) = (surface.at(sphere(3)[0]) for surface in body.surfaces)
