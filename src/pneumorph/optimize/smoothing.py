@@ -67,7 +67,7 @@ class Smoothing:
         """The averages of coordinates, in the order of `_forth`."""
         out, first = np.empty_like(coordinates), 0
         for moved, average in self._parts:
-            own = slice(first, first + moved.shape[0])
+            own = slice(first, first + len(moved.indptr) - 1)
             out[own], first = average(coordinates[own]), own.stop
         return out
 

@@ -33,7 +33,7 @@ class NetAverage:
         if found is None:
             return whole, lambda coordinates: self._apply(coordinates, self.around)
         own, images = found
-        around = images.T @ linalg.block_diag(self.around, self.around, self.around) @ images
+        around = images.T @ np.kron(np.eye(3), self.around) @ images
         picked = (np.arange(rows)[:, None] * 3 * columns + own).ravel()
         return whole[picked], lambda coordinates: self._apply(coordinates, around)
 
@@ -48,7 +48,7 @@ def _images(whole: sparse.csr_array, rows: int) -> tuple[NDArray[np.int64], Arra
 
     None where there are no such. `whole` (rows·w, n) is the motion of all of them by the variables.
     """
-    width = whole.shape[0] // rows
+    width = (len(whole.indptr) - 1) // rows
     # No row that a half-turn maps to itself, as it does the middle one, nor one near an end.
     chosen = rows // 3
     part = sparse.csc_array(whole[chosen * width : (chosen + 1) * width])

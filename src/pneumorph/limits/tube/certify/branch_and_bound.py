@@ -124,11 +124,9 @@ def candidates(
     axis = int(np.argmax(np.ptp(others, axis=0))) if len(others) else 0
     order = np.argsort(others[:, axis], kind="stable")
     along, room = others[order, axis], reach + radii + other_radii.max(initial=0.0)
-    first, end = (np.searchsorted(along, centres[:, axis] + sign * room, side) for sign, side in _ENDS)
+    first = np.searchsorted(along, centres[:, axis] - room, "left")
+    end = np.searchsorted(along, centres[:, axis] + room, "right")
     return _within_reach(centres, radii, others, other_radii, reach, same, order, first, end)
-
-
-_ENDS = ((-1.0, "left"), (1.0, "right"))
 
 
 @numba.njit(cache=True, nogil=True)
