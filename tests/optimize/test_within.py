@@ -12,7 +12,7 @@ from pneumorph.optimize import within
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.start import begin_within
-from pneumorph.optimize.within import Within
+from pneumorph.optimize.within import Kept, Within
 from pneumorph.problem import loads
 
 
@@ -33,6 +33,31 @@ def test_bumps_are_smoothed(setup: Setup) -> None:
     found = setup.within(phi)
     assert isinstance(found, Within)
     assert certified(setup.space.body(found.phi), setup.problem.limits).satisfied()
+
+
+def test_what_a_repair_is_to_keep_is_kept(setup: Setup) -> None:
+    """Smoothing bumps moves some surfaces out; told to keep their mean place, it moves others instead."""
+    phi = bulged(setup, 0.5)
+    alone = setup.within(phi)
+    assert isinstance(alone, Within)
+    way = alone.phi - phi
+    some = way > 0.1 * way.max()
+    kept = Kept(phi, np.zeros(1), (some / some.sum())[None], 0.05 * float(way[some].mean()))
+    assert kept.at(alone.phi) > 5 * kept.accuracy
+    found = setup.within(phi, kept=kept)
+    assert isinstance(found, Within)
+    assert certified(setup.space.body(found.phi), setup.problem.limits).satisfied()
+    assert kept.at(found.phi) <= kept.accuracy
+
+
+def test_what_cannot_be_kept_is_let_go(setup: Setup) -> None:
+    """The shape comes first: what is kept besides is judged by itself later."""
+    phi = bulged(setup, 0.5)
+    alone = setup.within(phi)
+    assert isinstance(alone, Within)
+    way = alone.phi - phi
+    found = setup.within(phi, kept=Kept(phi, np.ones(1), np.zeros((1, setup.space.n)), 0.01))
+    assert isinstance(found, Within) and np.array_equal(found.phi - phi, way)
 
 
 def test_what_cannot_be_repaired_ends_soon(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -79,7 +79,7 @@ def propose(setup: Setup, current: Iterate, region: TrustRegion) -> Proposal:
     while True:
         step = current.learnt.stepper.step(phi, proxy, radius * reference, states)
         # A longer way back would end in another kind of shape, of which the derivatives know nothing.
-        end = setup.within(phi + step.change, radius * reference)
+        end = setup.within(phi + step.change, radius * reference, states.kept(phi, step.change))
         proposal = Proposal(current, proxy, radius, step, end)
         if best is None or proposal.predicted_gain > best.predicted_gain:
             best = proposal

@@ -22,7 +22,7 @@ from pneumorph.optimize.smoothing import Smoothing, build_smoothing
 from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Stepper
 from pneumorph.optimize.subproblem import build_sequential_quadratic
-from pneumorph.optimize.within import Within, within
+from pneumorph.optimize.within import Kept, Within, within
 from pneumorph.problem import Problem
 
 
@@ -67,11 +67,15 @@ class Setup:
         morph = as_fine_like(mesher.mesh(body, finest), P, like, mesher.heights)
         return build_discretisation(self.problem, morph, P)
 
-    def within(self, phi: np.ndarray, reach: float = np.inf) -> Within | LimitReport:
-        """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`."""
+    def within(self, phi: np.ndarray, reach: float = np.inf, kept: Kept | None = None) -> Within | LimitReport:
+        """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`.
+
+        Where none was found that also keeps the others, they are not kept: states are judged by themselves.
+        """
         # Steps are smooth, so bounds of the shape may be passed by them.
         start = np.clip(phi, self.space.lower, self.space.upper)
-        return within(self.space, self.smooth, self.limits, start, reach, self.settings.repair)
+        end = within(self.space, self.smooth, self.limits, start, reach, self.settings.repair, kept)
+        return end if kept is None or isinstance(end, Within) else self.within(phi, reach)
 
     def certify(self, phi: np.ndarray) -> LimitReport:
         """The certified report of the limits on the shape of the design Φ (n,)."""

@@ -39,6 +39,7 @@ from pneumorph.limits.kinds.states import (
 )
 from pneumorph.limits.limit import ROUNDING, Limit
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
+from pneumorph.optimize.within import Kept
 from pneumorph.problem import Problem
 
 
@@ -133,6 +134,9 @@ KINDS = (
 AIM = min(limit.aim for limit, _, _ in KINDS)
 """How far within its bound a step is to bring such a limit, relative to it."""
 
+LEFT = 0.01 * AIM
+"""What may be left of such a limit where a step is brought within the limits on the shape."""
+
 
 @dataclass(frozen=True, eq=False)
 class StateLimits:
@@ -176,7 +180,14 @@ class StateLimits:
     def excess(self) -> np.ndarray:
         """c (k,) for the next step, with what it is to leave: a design that is nearer to its bound may stay there."""
         aimed = self.value + AIM
-        return aimed if self.violated else np.minimum(aimed, np.maximum(self.value, 0.0)) + self.curved
+        return aimed if self.violated else np.minimum(aimed, np.maximum(self.value, 0.0) + LEFT) + self.curved
+
+    def kept(self, phi: np.ndarray, step: np.ndarray) -> Kept | None:
+        """What a step (n,) from the design Φ (n,) gains for them, or what it leaves them; None without a limit."""
+        if not len(self.value):
+            return None
+        excess = self.excess
+        return Kept(phi, excess - np.maximum(excess + self.jacobian @ step, 0.0), self.jacobian, LEFT)
 
     def bent(self, curvature: float, length: float) -> StateLimits:
         """The same for steps of a length (mm), at the end of which c is larger by the curvature (1/mm²) times ½ℓ²."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from pneumorph.doing import counted, doing
 from pneumorph.geometry.design_space import DesignSpace
@@ -35,6 +36,28 @@ class Within:
     report: LimitReport
 
 
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """Linear limits c + J (Φ − Φ₀) ≤ 0 on other things than the shape, which a repair of the shape is to keep.
+
+    Attributes
+    ----------
+    phi : (n,) Φ₀, mm.
+    value : (k,) c, relative to the bounds.
+    jacobian : (k, n) J, 1/mm.
+    accuracy : to which they are met.
+    """
+
+    phi: np.ndarray
+    value: np.ndarray
+    jacobian: np.ndarray
+    accuracy: float
+
+    def at(self, phi: np.ndarray) -> np.ndarray:
+        """c (k,) at the design Φ (n,)."""
+        return self.value + self.jacobian @ (phi - self.phi)
+
+
 def within(
     space: DesignSpace,
     smooth: Smoothing,
@@ -42,6 +65,7 @@ def within(
     phi: np.ndarray,
     reach: float = np.inf,
     settings: RepairSettings = REPAIR,
+    kept: Kept | None = None,
 ) -> Within | LimitReport:
     """The design nearest to Φ, in the metric of smooth steps, that satisfies every limit; else the best try's report.
 
@@ -59,23 +83,18 @@ def within(
     reach : float
         mm.
     settings : RepairSettings
+    kept : Kept, optional
+        Other limits that are to be met besides.
     """
-    with doing("moving surfaces within their limits") as far:
-        return _within(space, smooth, limits, phi, reach, settings, far)
-
-
-def _within(
-    space: DesignSpace,
-    smooth: Smoothing,
-    limits: ShapeLimits,
-    phi: np.ndarray,
-    reach: float,
-    settings: RepairSettings,
-    far: Callable[[str], None],
-) -> Within | LimitReport:
-    """What `within` does; `far` is told how far it is."""
+    kept = kept or Kept(phi, np.zeros(0), np.zeros((0, space.n)), 0.0)
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
-    search = _Search(space, smooth, limits, settings, lower, upper)
+    with doing("moving surfaces within their limits") as far:
+        return _within(_Search(space, smooth, limits, settings, lower, upper, kept), phi, far)
+
+
+def _within(search: _Search, phi: np.ndarray, far: Callable[[str], None]) -> Within | LimitReport:
+    """What `within` does; `far` is told how far it is."""
+    space, limits, settings = search.space, search.limits, search.settings
     margins, violated = MARGIN.copy(), None
     phi, places = search.nearest(phi, margins, None, None)
     report = best = limits.certify(space.body(phi))
@@ -122,20 +141,23 @@ class _Search:
     settings: RepairSettings
     lower: np.ndarray
     upper: np.ndarray
+    kept: Kept
 
     def nearest(
         self, phi: np.ndarray, margins: np.ndarray, places: Mapping[str, Points] | None, violated: Places | None
     ) -> tuple[np.ndarray, Mapping[str, Points]]:
         """The design after some least motions, or the best on the way if these do not converge; its limits' places."""
-        settings = self.settings
+        settings, kept = self.settings, self.kept
+        others = sparse.csr_array(kept.jacobian)
         best, least, in_vain = phi, np.inf, 0
         resisting: Mapping[str, Points] = {}
         distances = None
         for _ in range(settings.motions):
             counted("motion")
             linear, distances = self._linear(phi, places, violated, distances)
-            places, excess = linear.rows.places, linear.excess(margins)
-            margin = MARGIN[linear.rows.kind]
+            places = linear.rows.places
+            excess = np.concatenate([linear.excess(margins), kept.at(phi)])
+            margin = np.concatenate([MARGIN[linear.rows.kind], np.full(len(kept.value), kept.accuracy)])
             worst = float((excess - settings.accuracy * margin).max(initial=0.0))
             in_vain = 0 if worst < settings.progress * least else in_vain + 1
             if worst < least:
@@ -144,7 +166,7 @@ class _Search:
                 break
             motion = least_motion(
                 self.smooth,
-                linear.jacobian,
+                sparse.csr_array(sparse.vstack([linear.jacobian, others])) if len(kept.value) else linear.jacobian,
                 excess,
                 np.zeros(self.space.n),
                 settings.met * margin,
