@@ -13,7 +13,7 @@ from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import BegunBeyond, BegunLower, DesignAccepted, Finished
 from pneumorph.optimize.setup import build_setup
 from pneumorph.optimize.start import start
-from pneumorph.optimize.states import AIM, StateLimits
+from pneumorph.optimize.states import AIM, LEFT, StateLimits
 from pneumorph.problem import Problem, loads
 
 
@@ -121,8 +121,8 @@ def test_what_is_expected_of_the_next_step():
     # The step led to 0.15 instead of 0.1: half of the curvature times 0.04 mm².
     curvature = states.curvature(0.15, step)
     bent = states.bent(curvature, 0.2)
-    assert bent.excess == pytest.approx([-0.1 + AIM + 0.05, 0.05])
-    assert states.bent(curvature, 0.1).excess == pytest.approx([-0.1 + AIM + 0.0125, 0.0125])
+    assert bent.excess == pytest.approx([-0.1 + AIM + 0.05, LEFT + 0.05])
+    assert states.bent(curvature, 0.1).excess == pytest.approx([-0.1 + AIM + 0.0125, LEFT + 0.0125])
 
 
 def test_a_limit_out_of_reach_is_refused_with_its_key():
