@@ -49,7 +49,7 @@ PACKAGES = [
 ROOMS = {
     "symmetry": ["__init__", "operations", "images", "part", "basis"],
     "geometry": ["bspline", "regions", "surface", "body", "design_space", "__init__", "tube", "lattice", "starting"],
-    "mechanics": ["material", "elements", "contact", "assembly", "solve", "setup", "__init__"],
+    "mechanics": ["material", "elements", "contact", "assembly", "solve", "setup", "constants", "__init__"],
     "limits": [
         *("__init__", "limit", "certify", "rows", "kinds", "tube", "lattice", "obstacles"),
         *("table", "report", "linearised", "shares", "of_shape"),

@@ -14,6 +14,7 @@ from pneumorph.mechanics import Rubber
 from pneumorph.mechanics.elements.element import mixed
 from pneumorph.mechanics.elements.stiffness import moduli_by_invariants
 from pneumorph.mechanics.material import energies
+from pneumorph.mechanics.material.energies import along_parameters
 from pneumorph.mechanics.material.homogeneous import nominal_stress
 from pneumorph.mechanics.material.rubber import complete
 
@@ -49,6 +50,18 @@ def energy_density(name):
 def stress_of(name):
     """∂ψ/∂F."""
     return jax.jit(jax.grad(energy_density(name)))
+
+
+@cache
+def stress_with(name):
+    """∂ψ/∂F for any parameters."""
+    return jax.jit(jax.grad(complete(getattr(energies, name)).function))
+
+
+@cache
+def stress_along(name):
+    """What ∂ψ/∂F changes by along parameters (2, m)."""
+    return jax.jit(jax.grad(along_parameters(complete(getattr(energies, name))).function))
 
 
 @cache
@@ -140,6 +153,18 @@ def test_second_derivative_is_symmetric_and_the_first_one_s(name, state):
     coarse, fine = remainders(2e-3), remainders(1e-3)
     assert coarse[0] / fine[0] > 2**2.7
     assert coarse[1] / fine[1] > 2**1.7
+
+
+@names
+@pytest.mark.parametrize("state", STATES)
+def test_stress_by_parameters_is_that_of_the_energy_by_parameters(name, state):
+    """Also where principal stretches are equal; the bulk modulus is the last parameter."""
+    F, own = jnp.asarray(STATES[state]), np.array([*MODELS[name][0], BULK])
+    for unit in np.eye(len(own)):
+        stress = stress_along(name)(F, np.stack([own, unit]))
+        step = 1e-6 * unit
+        ahead, behind = (stress_with(name)(F, own + way * step) for way in (1.0, -1.0))
+        np.testing.assert_allclose(stress, (ahead - behind) / 2e-6, atol=2e-8)
 
 
 @names

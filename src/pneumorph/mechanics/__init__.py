@@ -6,6 +6,7 @@ from pneumorph.mechanics.assembly.build import build_model
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
+from pneumorph.mechanics.constants import parameters_by_constants, with_rubbers
 from pneumorph.mechanics.contact.skin import Skin
 from pneumorph.mechanics.elements.kinematics import Guess, State, deformation_gradients, gradients_after
 from pneumorph.mechanics.elements.plate import COMPONENTS, rotation, rotation_vector
@@ -85,6 +86,7 @@ __all__ = [
     "model_of",
     "negative_motions",
     "neo_hookean_rubber",
+    "parameters_by_constants",
     "part_of",
     "predict",
     "rest",
@@ -104,4 +106,5 @@ __all__ = [
     "sweep_with_friction",
     "sweep_with_memory",
     "whole_of",
+    "with_rubbers",
 ]

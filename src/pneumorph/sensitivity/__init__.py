@@ -9,6 +9,7 @@ from pneumorph.sensitivity.adjoint import (
     with_border,
 )
 from pneumorph.sensitivity.boundary import boundary_gradient
+from pneumorph.sensitivity.constants import parameter_forces
 from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, limit_slope, margin_slope
 from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes, tip_motion_adjoints
@@ -42,6 +43,7 @@ __all__ = [
     "motion_slopes",
     "objective_slope",
     "objective_value",
+    "parameter_forces",
     "pressure_rates",
     "rate_slopes",
     "residual_jacobian",

@@ -36,12 +36,15 @@ class MotionSlopes:
         By all loads; those of pressures that are found with the state are 0.
     moduli : {region: (k,)}
         Per relative change of all moduli of its rubber.
+    adjoints : (k, n)
+        Of what is measured, per N on all n unknowns.
     """
 
     motion: np.ndarray
     X: np.ndarray
     loads: Sequence[Loads]
     moduli: Mapping[str, np.ndarray]
+    adjoints: np.ndarray
 
 
 def motion_slopes(at: Configuration, tangent: Tangent, state: State, measured: Objective = _MOTIONS) -> MotionSlopes:
@@ -65,6 +68,7 @@ def motion_slopes(at: Configuration, tangent: Tangent, state: State, measured: O
         direct - np.array([by_X for by_X, _ in pulled]) + more,
         [acting._replace(pressure=acting.pressure + given) for acting in (_negative(loads) for _, loads in pulled)],
         rubbers,
+        solved,
     )
 
 

@@ -174,6 +174,15 @@ def with_more(model: Model, terms: Iterable[Term], like: Connectivity) -> Model:
     )
 
 
+def with_groups(model: Model, groups: Sequence[Group]) -> Model:
+    """The model with other groups over connectivities with the same nodes; a `Tangent` of the model serves it too."""
+    return replace(
+        model,
+        terms=tuple(Term(group.connectivity, energy) for group in groups for energy in group.energies),
+        potential=model.potential._replace(groups=tuple(groups), near_tip=near_tip(groups, model.sparsity.number)),
+    )
+
+
 def with_fixed(model: Model, fixed: np.ndarray) -> Model:
     """The model with other unknowns (n,) bool fixed at zero; a `Tangent` of the model serves it too."""
     return replace(model, fixed=fixed)

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import reduce
+from functools import cache, reduce
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -47,6 +48,22 @@ class Energy:
 def by_invariants(function: Callable[..., Array]) -> Energy:
     """The energy that is a function of `Invariants` and the arguments that follow F."""
     return Energy(lambda F, *rest: function(invariants(F), *rest), of_invariants=function)
+
+
+@cache
+def along_parameters(energy: Energy) -> Energy:
+    """∂ψ/∂θ·δ of an energy ψ(F, …, θ) as a function of (F, …, [θ, δ]), with parameters (2, m)."""
+
+    def along(function):
+        def changed(at, *rest):
+            *others, (own, change) = rest
+            return jax.jvp(lambda own: function(at, *others, own), (own,), (change,))[1]
+
+        return changed
+
+    if (shape := energy.of_invariants) is not None:
+        return by_invariants(along(shape))
+    return Energy(along(energy.function))
 
 
 def determinant(F: Array) -> Array:

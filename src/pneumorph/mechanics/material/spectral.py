@@ -50,10 +50,24 @@ def trace_of_power(C: Array, p: Array, at: Spectrum) -> Array:
 @trace_of_power.defjvp
 def _trace_along(primals, tangents):
     (C, p, at), (dC, dp, _) = primals, tangents
-    powers = jnp.exp(p * at.logs)
-    change = p * jnp.sum(power(C, p - 1.0, at) * dC, axis=(0, 1)) + dp * jnp.sum(powers * at.logs, axis=0)
+    change = p * jnp.sum(power(C, p - 1.0, at) * dC, axis=(0, 1)) + dp * _trace_of_logarithm(C, p, at)
     # The value goes through its own rule again, for `at` is a constant in derivatives of this one.
     return trace_of_power(C, p, at), change
+
+
+@jax.custom_jvp
+def _trace_of_logarithm(C: Array, p: Array, at: Spectrum) -> Array:
+    """tr(Cᵖ ln C) (…), the derivative of tr Cᵖ by p; may be differentiated once."""
+    return jnp.sum(jnp.exp(p * at.logs) * at.logs, axis=0)
+
+
+@_trace_of_logarithm.defjvp
+def _trace_of_logarithm_along(primals, tangents):
+    (C, p, at), (dC, dp, _) = primals, tangents
+    logs, Q = at
+    slope = _assembled(Q, jnp.exp((p - 1.0) * logs) * (1.0 + p * logs))
+    change = jnp.sum(slope * dC, axis=(0, 1)) + dp * jnp.sum(jnp.exp(p * logs) * logs**2, axis=0)
+    return _trace_of_logarithm(C, p, at), change
 
 
 @jax.custom_jvp

@@ -11,12 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumorph.mechanics.assembly.build import near_tip
+from pneumorph.mechanics.assembly.build import with_groups
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.model import Model
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.element import mixed
-from pneumorph.mechanics.elements.energy import Term
 from pneumorph.mechanics.elements.kinematics import State, deformation_gradients
 from pneumorph.mechanics.elements.solid import Remembering
 from pneumorph.mechanics.elements.terms import Connectivity
@@ -82,12 +81,7 @@ def with_memory(model: Model, pasts: Pasts, duration: float) -> Model:
                 kept = (energy if each.of_rubber else each for each in group.energies)
                 group = group._replace(connectivity=elements, energies=tuple(kept))
         groups.append(group)
-    near = near_tip(groups, model.sparsity.number)
-    return replace(
-        model,
-        terms=tuple(Term(group.connectivity, energy) for group in groups for energy in group.energies),
-        potential=model.potential._replace(groups=tuple(groups), near_tip=near),
-    )
+    return with_groups(model, groups)
 
 
 def _of_step(
