@@ -44,7 +44,7 @@ def design(
     Parameters
     ----------
     problem : Path
-        The problem file.
+        The problem file, or to resume a run its directory.
     out : Path or None
         The run directory; by default in ``runs``, with the name of the file.
     iterations : int or None
@@ -68,6 +68,8 @@ def design(
     if quiet:
         compiling.announce(None)
         doing.announce(None)
+    if resume and (problem / "problem.toml").exists():
+        problem, out = problem / "problem.toml", out or problem
     asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})

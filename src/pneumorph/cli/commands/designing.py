@@ -35,7 +35,7 @@ def new(
 
 @doing("designing")
 def design(
-    problem: Annotated[Path, typer.Argument(metavar="PROBLEM", help="The problem file (TOML).")],
+    problem: Annotated[Path, typer.Argument(metavar="PROBLEM", help="The problem file (TOML); with --resume, a run.")],
     out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
     iterations: Annotated[int | None, typer.Option(min=1, help="Maximum number of designs.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Resume an interrupted run.")] = False,
