@@ -67,7 +67,7 @@ def main() -> None:
     )
     truth = fit.begun()
     curve, deviation = truth.values, given.noise * np.abs(truth.values).max()
-    slopes = truth.slopes(NAMES, 0.0) * [UNITS[PARAMETERS[name]] for name in NAMES]
+    slopes = truth.slopes(NAMES) * [UNITS[PARAMETERS[name]] for name in NAMES]
     known = deviation * np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
     told = ", ".join(f"{name} {size:.2g} {PARAMETERS[name]}" for name, size in zip(NAMES, known, strict=True))
     print(f"bending {np.degrees(curve)[[0, -1]].round(2)} degrees; standard deviations: {told}", flush=True)

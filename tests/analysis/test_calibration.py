@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from texts import TWO_BESIDE, problem_text
+from texts import EXTEND, TWO_BESIDE, problem_text
 
 from pneumorph.analysis.along import Curve
-from pneumorph.analysis.calibration import UNITS, _Fit, calibrate
+from pneumorph.analysis.calibration import PARAMETERS, UNITS, _Fit, calibrate, fitted
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry.tube.start import starting_body
+from pneumorph.interface.calibration import as_measured
 from pneumorph.problem import loads
 
 TASK = """
@@ -46,12 +47,63 @@ def test_what_a_curve_was_computed_with_is_found(body, curve):
     assert found.factor == pytest.approx(1.15, rel=1e-4)
 
 
+def fitting(body, quantity, values=None):
+    """The fit of a curve of some quantity; of a force, with the tip held."""
+    problem, start = body
+    pressures = PRESSURES[::2]
+    curve = Curve(pressures, quantity, np.zeros(len(pressures)) if values is None else values)
+    return _Fit.of(problem, start, as_measured(problem, problem.task[0], quantity), curve)
+
+
+MEASURED = ("bending_y", "push_bending_y", "push_extension", "volume_A", "filled_A")
+
+
+@pytest.mark.parametrize("quantity", MEASURED)
+def test_derivatives_by_parameters_are_exact(body, quantity):
+    """Away from the body as it is designed, along each of them alone; the remainder falls with order 2."""
+    fit, start = fitting(body, quantity), np.array([0.2, 0.1, 0.001])
+    there = fit.moved(fit.begun(), start)
+    slopes = there.slopes(tuple(PARAMETERS))
+    for number, size in enumerate((0.1, 0.1, 0.003)):
+        remainders = []
+        for step in (size, 0.5 * size):
+            moved = fit.moved(there, start + step * np.eye(3)[number])
+            remainders.append(np.linalg.norm(moved.values - there.values - step * slopes[:, number]))
+        assert np.log2(remainders[0] / remainders[1]) == pytest.approx(2.0, abs=0.15), number
+
+
+@pytest.mark.parametrize("quantity", ["push_bending_y", "volume_A", "filled_A"])
+def test_what_noisy_curves_of_forces_and_volumes_were_computed_with_is_found_within_two_deviations(body, quantity):
+    names, truth = ("modulus", "pressure"), np.array([15.0, 1.0])
+    fit = fitting(body, quantity)
+    begun = fit.begun()
+    exact = fit.moved(begun, np.array([0.15, 0.0, 0.001]))
+    noise = 0.01 * np.ptp(exact.values)
+    measured = exact.values + noise * np.random.default_rng(3).standard_normal(len(exact.values))
+    slopes = exact.slopes(names) * [UNITS[PARAMETERS[name]] for name in names]
+    deviations = noise * np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
+    noisy = fitting(body, quantity, measured)
+    found = fitted(noisy, names, noisy.begun())
+    assert np.all(np.abs(found.values - truth) < 2.0 * deviations)
+    assert np.all(np.abs(found.values - truth) > 1e-3 * deviations)  # the noise is seen
+    plain = fitting(body, quantity, exact.values)
+    np.testing.assert_allclose(fitted(plain, names, plain.begun()).values, truth, rtol=2e-3)
+
+
+def test_a_force_across_a_mirror_plane_is_zero(body):
+    """Of half a body whose tip cannot leave the plane, where the half alone is pushed with some force."""
+    problem = loads(problem_text(EXTEND, body='symmetry = { mirror = ["xz"] }')).with_changes({"mesh.size": "8 mm"})
+    curve = Curve(PRESSURES[:, :1], "push_shift_y", np.zeros(len(PRESSURES)))
+    fit = _Fit.of(problem, starting_body(problem.tubes), as_measured(problem, problem.task[0], curve.quantity), curve)
+    assert fit.points[0].model.copies == 2 and not fit.begun().values.any()
+
+
 def test_a_gauge_that_is_off_says_nothing_of_chambers_without_pressure(body, curve):
     """Both chambers are alike, so a pressure that were added in both would hardly bend the body."""
     problem, start = body
     fit = _Fit.of(problem, start, problem.task[0], Curve(PRESSURES, "bending_y", curve))
     begun = fit.begun()
-    by_pressure = begun.slopes(("pressure",), 0.0)[:, 0]
+    by_pressure = begun.slopes(("pressure",))[:, 0]
     np.testing.assert_allclose(np.gradient(begun.values, 0.01)[1:-1], by_pressure[1:-1], rtol=0.02)
 
 
@@ -63,7 +115,7 @@ def test_intervals_have_the_modulus_in_95_of_100_noisy_curves(body, curve):
     there = fit.moved(fit.begun(), np.array([0.15, 0.2, 0.001]))
     noise = 0.02 * np.abs(curve).max()
     measured = curve + noise * random.standard_normal((100, len(curve)))
-    slopes = there.slopes(("modulus",), 0.15) * UNITS["%"]
+    slopes = there.slopes(("modulus",)) * UNITS["%"]
     for each in measured:
         step = np.linalg.lstsq(slopes, each - curve, rcond=None)[0]
         rest = each - curve - slopes @ step

@@ -36,13 +36,13 @@ class Curve:
     ----------
     pressures : (n, C) MPa
         Of all chambers, in the order of the problem.
-    motion : str
-        One of `MOTIONS`.
-    values : (n,) mm or rad
+    quantity : str
+        A motion of the tip, what it pushes with where it is held, or a volume; see `problem/quantities.py`.
+    values : (n,) mm and rad, N and N·mm, mm³
     """
 
     pressures: np.ndarray
-    motion: str
+    quantity: str
     values: np.ndarray
 
 

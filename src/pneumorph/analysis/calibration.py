@@ -1,9 +1,9 @@
 """Find what a measured curve says of a body's rubber, walls and pressures: least squares with exact derivatives.
 
-States are solved at all measured pressures. With the derivatives of the measured motion at each (`motion_slopes`),
+States are solved at all measured pressures. With the derivatives of what is measured at each (`quantity_slopes`),
 Gauss–Newton steps lead to the parameters whose curve is nearest to the measured one. A factor s of all moduli is that
-of all loads, and of the stiffness of sheets and fibres, divided by s (`as_cast`). So the motion changes by it by minus
-what all of these add to the motion.
+of all loads l, and of the stiffness of sheets and fibres, divided by s (`as_cast`). Under k = l/s a motion or a volume
+is m(k), and changes by −k·∂m/∂k / s. What the tip pushes with where it is held is s r(k): it changes by r − k·∂r/∂k.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.problem import Problem, Task
-from pneumorph.problem.components import MOTIONS
-from pneumorph.sensitivity import motion_slopes
+from pneumorph.problem.components import PUSHES
+from pneumorph.sensitivity import quantity_slopes
 
 PARAMETERS = {"modulus": "%", "wall": "mm", "pressure": "kPa"}
 """What can be fitted, with the unit in which it is told: moduli relative to those of the problem, rubber added at all
@@ -67,7 +67,7 @@ class Calibration:
     values, half : (k,)
         Values, in their units, and half the widths of their confidence intervals of 95 %.
     correlation : (k, k)
-    before, after : (n,) mm or rad
+    before, after : (n,) mm and rad, N and N·mm, mm³
         The curve with the problem's rubber and walls, and with the fitted ones.
     """
 
@@ -96,7 +96,7 @@ def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Seq
     Parameters
     ----------
     problem, body : one of its designs.
-    task : whose loads act.
+    task : whose loads act; of a force of the tip, one that holds the motion.
     curve : measured.
     names : of `PARAMETERS`, fewer than points.
 
@@ -120,7 +120,7 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
     before, theta = here.values, np.zeros(len(names))
     cost = float(np.sum((here.values - fit.curve.values) ** 2))
     for _ in range(MOST_STEPS):
-        slopes = here.slopes(names, _more(names, theta)) * units
+        slopes = here.slopes(names) * units
         step = np.linalg.lstsq(slopes, fit.curve.values - here.values, rcond=None)[0]
         # Half of a step that makes it worse, or leads to where there is no state.
         for part in (1.0, 0.5, 0.25, 0.125):
@@ -137,7 +137,7 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
         enough = np.maximum(ENOUGH, OF_DEVIATION * _deviations(slopes, cost))
         if np.all(np.abs(part * step) < enough):
             break
-    slopes = here.slopes(names, _more(names, theta)) * units
+    slopes = here.slopes(names) * units
     free = len(fit.curve.values) - len(names)
     information = slopes.T @ slopes
     if free < 1 or not np.linalg.cond(information) <= 1e14:
@@ -154,11 +154,6 @@ def _deviations(slopes: np.ndarray, cost: float) -> np.ndarray:
     """Standard deviations (k,) of the parameters by derivatives (n, k) and the sum of squares that is left."""
     count, parameters = slopes.shape
     return np.sqrt(cost / max(count - parameters, 1) * np.diag(np.linalg.pinv(slopes.T @ slopes)))
-
-
-def _more(names: Sequence[str], theta: np.ndarray) -> float:
-    """What moduli are larger by, relative, by parameters in their units."""
-    return float(_all(names, theta)[0]) * UNITS["%"]
 
 
 def _all(names: Sequence[str], values: np.ndarray) -> np.ndarray:
@@ -206,7 +201,7 @@ class _Fit:
             If one is not found.
         """
         path = self.configurations(np.zeros(len(PARAMETERS)))
-        return _Solved(self, path, solved_along(path, self.curve.pressures, self.tangent))
+        return _Solved(self, 1.0, path, solved_along(path, self.curve.pressures, self.tangent))
 
     def moved(self, near: _Solved, parameters: np.ndarray) -> _Solved | None:
         """The states with other parameters, from those with the parameters before; None if one is not found."""
@@ -220,52 +215,50 @@ class _Fit:
             if not isinstance(answer, Equilibrium):
                 return None
             states.append(answer.state)
-        return _Solved(self, path, states)
+        return _Solved(self, 1.0 + float(parameters[0]), path, states)
 
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """The states of all points of a curve with some parameters."""
+    """The states of all points of a curve with some parameters, among them the factor of all moduli."""
 
     fit: _Fit
+    factor: float
     path: Sequence[Configuration]
     states: Sequence[State]
 
     @cached_property
     def _of_points(self) -> list[tuple[float, np.ndarray]]:
-        """The motion at every point, and its derivatives by all parameters, in the units of the code."""
-        k, answers = MOTIONS.index(self.fit.curve.motion), []
+        """What was measured at every point, and its derivatives by all parameters, in the units of the code.
+
+        Of the bodies that are solved, under loads divided by the factor of all moduli.
+        """
+        answers, quantity = [], self.fit.curve.quantity
+        force = self.factor if quantity in PUSHES else 1.0
         for at, state in zip(self.path, self.states, strict=True):
             self.fit.tangent.move_to(at, state)
-            slopes = motion_slopes(at, self.fit.tangent, state)
+            slopes = quantity_slopes(at, self.fit.tangent, state, (quantity,))
+            value, by_X, by_load = float(slopes.motion[0]), slopes.X[0], slopes.loads[0]
             by = [
-                -_by_all_loads(at, slopes.loads[k]),
-                float(np.sum(self.fit.morph.on_surface(slopes.X[k]) * self.fit.thicker)),
-                float(np.sum(np.asarray(slopes.loads[k].pressure)[self.fit.inflated])),
+                (value if quantity in PUSHES else 0.0) - force / self.factor * _by_all_loads(at, by_load),
+                force * float(np.sum(self.fit.morph.on_surface(by_X) * self.fit.thicker)),
+                force / self.factor * float(np.sum(np.asarray(by_load.pressure)[self.fit.inflated])),
             ]
-            answers.append((float(slopes.motion[k]), np.array(by)))
+            answers.append((force * value, np.array(by)))
         return answers
 
     @property
     def values(self) -> np.ndarray:
-        """The curve (n,), mm or rad."""
+        """The curve (n,), in the units of `Curve.values`."""
         return np.array([value for value, _ in self._of_points])
 
-    def slopes(self, names: Sequence[str], more: float) -> np.ndarray:
-        """Its derivatives (n, k) by parameters.
-
-        Parameters
-        ----------
-        names : of the parameters.
-        more : what all moduli are larger by, relative: loads are divided by one and that, so that the derivatives by
-            moduli and pressures of what is solved are those of the body's times a factor.
-        """
-        slopes = np.array([by for _, by in self._of_points]) / [1.0 + more, 1.0, 1.0 + more]
-        return slopes[:, [list(PARAMETERS).index(name) for name in names]]
+    def slopes(self, names: Sequence[str]) -> np.ndarray:
+        """Its derivatives (n, k) by parameters with these names."""
+        return np.array([by for _, by in self._of_points])[:, [list(PARAMETERS).index(name) for name in names]]
 
 
 def _by_all_loads(at: Configuration, by: Loads) -> float:
-    """What a motion changes by per relative change of all loads and of the stiffness of all sheets and fibres."""
+    """What a quantity changes by per relative change of all loads and of the stiffness of all sheets and fibres."""
     parts = [float(np.sum(np.asarray(getattr(at.loads, part)) * getattr(by, part))) for part in ("pressure", *LOADS)]
     sheets = [float(each.stiffness) for each in at.model.reinforcements.values()]
     stiffness = np.array(sheets) + np.asarray(at.loads.reinforcement)[:, 0]

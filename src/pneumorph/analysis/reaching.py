@@ -21,16 +21,12 @@ from pneumorph.analysis.explore import Explorer
 from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, Tangent
 from pneumorph.objective import HeldForce
 from pneumorph.objective.objective import in_place_of_features
-from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.components import MOTIONS, PUSH, PUSHES
 from pneumorph.sensitivity import motion_slopes, objective_slope
 
 PER_RADIAN = np.degrees(1.0)
 """Millimetres that count as much as a radian: a degree counts as one."""
 
-PUSH = "push_"
-"""Before the name of a motion: the force (N) or moment (N·mm) with which the plate pushes where this motion is held."""
-
-PUSHES = tuple(PUSH + name for name in MOTIONS)
 WANTED = MOTIONS + PUSHES
 """What may be wanted."""
 

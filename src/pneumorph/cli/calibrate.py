@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 
 from pneumorph import atomic
@@ -14,7 +15,14 @@ from pneumorph.problem.measured import read_measured
 
 
 def calibrate(
-    source: Path, measured: Path, fit: str, number: int | None, task: str | None, out: Path | None, trust: bool
+    source: Path,
+    measured: Path,
+    fit: str,
+    number: int | None,
+    task: str | None,
+    block: Sequence[str],
+    out: Path | None,
+    trust: bool,
 ) -> None:
     """Fit a design, or the start of a problem file, to a measured curve, and print both.
 
@@ -30,6 +38,8 @@ def calibrate(
         Of a run's design, by default the last.
     task : str or None
         Whose loads act, by default the first.
+    block : sequence of str
+        Motions of the plate that were held.
     out : Path or None
         A problem file to write, with the rubber that was found.
     trust : bool
@@ -48,7 +58,7 @@ def calibrate(
     # Before the body is read and made, which takes longer.
     require_parameters(names)
     read_measured(measured)
-    fitted = design_of(source, number, asking(trust)).calibrate(measured, names, task)
+    fitted = design_of(source, number, asking(trust)).calibrate(measured, names, task, block)
     print(fitted)
     if out is not None:
         atomic.write_bytes(out, fitted.problem.to_toml().encode())

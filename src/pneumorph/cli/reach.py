@@ -10,12 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph import atomic
-from pneumorph.analysis.reaching import PUSH
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ProblemError, writing
 from pneumorph.interface.reach import PressuresFound, as_motions, motions_wanted, read_motions
-from pneumorph.problem.components import MOTIONS, is_turn
+from pneumorph.problem.components import MOTIONS, PUSH, is_turn
 
 MISSED = 3
 """Exit status where a motion is out of reach."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,11 +12,12 @@ from pneumorph.analysis.along import Curve
 from pneumorph.analysis.calibration import PARAMETERS, Calibration, calibrate
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
+from pneumorph.interface.other_loads import under_loads
 from pneumorph.problem import Problem, Task
-from pneumorph.problem.components import MOTIONS
+from pneumorph.problem.components import PUSH, PUSHES
 from pneumorph.problem.material import Material
 from pneumorph.problem.measured import Measured, read_measured
-from pneumorph.problem.objectives.words import motion_word
+from pneumorph.problem.quantities import shown
 from pneumorph.problem.scaled import scaled
 
 WORDS = {
@@ -55,7 +56,13 @@ class CalibratedDesign:
 
 
 def calibrated(
-    problem: Problem, body: Body, task: Task, pressures: Mapping[str, float], path: Path, names: Sequence[str]
+    problem: Problem,
+    body: Body,
+    task: Task,
+    pressures: Mapping[str, float],
+    path: Path,
+    names: Sequence[str],
+    block: Iterable[str] = (),
 ) -> CalibratedDesign:
     """Fit a body of a problem to the curve in a file.
 
@@ -66,6 +73,7 @@ def calibrated(
     pressures : {chamber: MPa} of chambers without a column.
     path : the file.
     names : what is fitted, of `PARAMETERS`.
+    block : motions of the tip that were held, "shift_x" or "shift_x=2 mm".
 
     Raises
     ------
@@ -76,8 +84,27 @@ def calibrated(
     """
     require_parameters(names)
     measured, curve = curve_in(path, problem, pressures)
-    fit = calibrate(problem, body, task, curve, names)
+    fit = calibrate(problem, body, as_measured(problem, task, measured.quantity, block), curve, names)
     return CalibratedDesign(with_moduli(problem, fit.factor), measured, fit)
+
+
+def as_measured(problem: Problem, task: Task, quantity: str, block: Iterable[str] = ()) -> Task:
+    """A task whose tip is held as it was measured: where a force was measured along a motion, this is held too.
+
+    Parameters
+    ----------
+    problem, task : one of its tasks.
+    quantity : what was measured.
+    block : motions that were held, "shift_x" where it is at rest, or "shift_x=2 mm".
+
+    Raises
+    ------
+    ProblemError
+        If a motion is unknown, or there is no plate to hold.
+    """
+    pushed = [quantity.removeprefix(PUSH)] if quantity in PUSHES else []
+    alone = problem.model_copy(update={"task": (task,)})
+    return under_loads(alone, {}, block, pushed).task[0]
 
 
 def curve_in(path: Path, problem: Problem, pressures: Mapping[str, float]) -> tuple[Measured, Curve]:
@@ -92,7 +119,7 @@ def curve_in(path: Path, problem: Problem, pressures: Mapping[str, float]) -> tu
     measured = read_measured(path, chambers)
     count = len(measured.values)
     columns = [measured.pressures.get(name, np.full(count, pressures.get(name, 0.0))) for name in chambers]
-    return measured, Curve(np.column_stack(columns), measured.motion, measured.values)
+    return measured, Curve(np.column_stack(columns), measured.quantity, measured.values)
 
 
 def require_parameters(names: Sequence[str]) -> None:
@@ -120,17 +147,16 @@ def _scaled(material: Material, factor: float) -> Material:
 
 
 def _lines(measured: Measured, fit: Calibration) -> Iterator[str]:
-    size, unit, after = (1.0, "mm", " mm") if MOTIONS.index(measured.motion) < 3 else (float(np.degrees(1.0)), "°", "°")
-    values = size * measured.values
+    told = shown(measured.quantity)
     for name, value, half in zip(fit.names, fit.values, fit.half, strict=True):
         yield f"{WORDS[name]}: {value:+.3g} ± {half:.2g} {PARAMETERS[name]} (95 %)"
     for one, other in fit.together:
         yield f"this curve does not tell {WORDS[one]} and {WORDS[other]} apart; fit one of them"
-    yield f"{motion_word(measured.motion, 1.0)} in {unit}: measured, as designed, calibrated"
+    yield f"{told.word} in {told.unit}: measured, as designed, calibrated"
     pressures = list(measured.pressures.items())
-    for k, row in enumerate(zip(values, size * fit.before, size * fit.after, strict=True)):
+    for k, row in enumerate(zip(measured.values, fit.before, fit.after, strict=True)):
         at = ", ".join(f"{name} {1e3 * each[k]:.4g} kPa" for name, each in pressures)
-        yield f"  {at:<20}" + "".join(f"{each:>10.3f}" for each in row)
+        yield f"  {at:<20}" + "".join(f"{told.size * each:>10.3f}" for each in row)
     for word, curve in (("as designed", fit.before), ("calibrated", fit.after)):
-        rms = float(np.sqrt(np.mean((size * curve - values) ** 2)))
-        yield f"root mean square of the differences, {word}: {rms:.3g}{after}"
+        rms = told.size * float(np.sqrt(np.mean((curve - measured.values) ** 2)))
+        yield f"root mean square of the differences, {word}: {rms:.3g}{told.after}"

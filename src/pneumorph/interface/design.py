@@ -661,18 +661,27 @@ class Design:
         return tolerance_report(starting_at(self.problem, self.pressures), self.body, tolerances, names, *known)
 
     def calibrate(
-        self, measured: str | Path, fit: Iterable[str] = ("modulus",), task: str | None = None
+        self,
+        measured: str | Path,
+        fit: Iterable[str] = ("modulus",),
+        task: str | None = None,
+        block: str | Iterable[str] = (),
     ) -> CalibratedDesign:
         """Find the rubber, the walls and the pressure error of a casting of the design from a measured curve.
 
         Parameters
         ----------
         measured : str or Path
-            A text file with titles such as "pressure A (kPa), extension (mm)", and one point a line.
+            A text file with titles such as "pressure A (kPa), extension (mm)", and one point a line. In place of a
+            motion it may have a force or moment, "push_extension (N)", or the volume of a chamber, "volume A (ml)", or
+            what was filled into it, "filled A (ml)".
         fit : several of "modulus", "wall" and "pressure"
             What is fitted; a curve seldom tells all three apart, and the result says so.
         task : str, by default the first
             Whose loads act.
+        block : str or several
+            Motions of the plate that were held: "shift_x" where it is at rest, or "shift_x=2 mm". That along which a
+            force was measured is held at rest, unless the task or this holds it elsewhere.
 
         Raises
         ------
@@ -692,7 +701,8 @@ class Design:
 
         chosen = next(each for each in self.problem.task if each.name == self._task(task))
         pressures = self.pressures[chosen.name]
-        return calibrated(self.problem, self.body, chosen, pressures, Path(measured), list(fit))
+        held = [block] if isinstance(block, str) else block
+        return calibrated(self.problem, self.body, chosen, pressures, Path(measured), list(fit), held)
 
     def validate(self, measured: str | Path, task: str | None = None, **tolerances: Any) -> Validation:
         """Lay a measured curve of a casting beside the prediction of the design, with the error bars of both.

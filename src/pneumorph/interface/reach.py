@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from pneumorph.analysis.explore import Explorer
-from pneumorph.analysis.reaching import PUSH, PUSHES, WANTED, Reached, Reaching
+from pneumorph.analysis.reaching import WANTED, Reached, Reaching
 from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.problem import Problem
-from pneumorph.problem.components import COMPONENT_OF, MOTION_OF, MOTIONS, is_turn
+from pneumorph.problem.components import COMPONENT_OF, MOTION_OF, MOTIONS, PUSH, PUSHES, is_turn
 from pneumorph.problem.objectives.words import MOTION_WORDS
 from pneumorph.units import ANGLE, FORCE, LENGTH, MOMENT, PRESSURE, Kind, parse, split
 

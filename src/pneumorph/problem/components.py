@@ -19,6 +19,11 @@ def component_of(name: Any) -> Any:
 MOTIONS = ("shift_x", "shift_y", "extension", "bending_x", "bending_y", "twist")
 """The motions of the tip: along x, y, z in mm, and about x, y, z in rad."""
 
+PUSH = "push_"
+"""Before the name of a motion: the force (N) or moment (N·mm) with which the plate pushes where this motion is held."""
+
+PUSHES = tuple(PUSH + name for name in MOTIONS)
+
 
 def is_turn(name: str) -> bool:
     """Whether a motion of the tip, or a component of the plate, is one about an axis."""

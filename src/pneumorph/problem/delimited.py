@@ -24,7 +24,8 @@ TRIED = 400
 """Number of lines that decide about the layout."""
 
 UNITS_ROW = re.compile(
-    r"[(\[]?\s*(-|1|%|mm/mm|in/in|m/m|[cmµ]?m|in|inch|s|sec|min|°c|[mk]?n|lbf?|k?gf|[kmg]?pa|psi|ksi|n/mm(\^?2|²)|deg|°|rad|m?bar)?\s*[)\]]?",
+    r"[(\[]?\s*(-|1|%|mm/mm|in/in|m/m|[cmµ]?m|in|inch|s|sec|min|°c|[mk]?n|k?n[*·⋅ ]?m?m|m?l|[cm]?m(\^?3|³)|"
+    r"lbf?|k?gf|[kmg]?pa|psi|ksi|n/mm(\^?2|²)|deg|°|rad|m?bar)?\s*[)\]]?",
     re.IGNORECASE,
 )
 

@@ -13,6 +13,7 @@ from pneumorph.sensitivity.constants import parameter_forces
 from pneumorph.sensitivity.lateral import lateral_slope
 from pneumorph.sensitivity.margin import BEYOND, Margin, find_margin, limit_slope, margin_slope
 from pneumorph.sensitivity.motion import MotionSlopes, motion_slopes, tip_motion_adjoints
+from pneumorph.sensitivity.quantities import quantities_at, quantities_of, quantity_slopes
 from pneumorph.sensitivity.rate import Rate, compliance, compliance_slope, pressure_rates, rate_slopes
 from pneumorph.sensitivity.response import Response, measured_of, response
 from pneumorph.sensitivity.stiffer import Stiffer, by_moduli
@@ -45,6 +46,9 @@ __all__ = [
     "objective_value",
     "parameter_forces",
     "pressure_rates",
+    "quantities_at",
+    "quantities_of",
+    "quantity_slopes",
     "rate_slopes",
     "residual_jacobian",
     "response",

@@ -162,18 +162,21 @@ def _moving(rhs: np.ndarray, direct: np.ndarray) -> np.ndarray:
     return (sizes > NOTHING * sizes.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
 
 
-def with_border(at: Configuration, tangent: Tangent, state: State, solved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def with_border(
+    at: Configuration, tangent: Tangent, state: State, solved: np.ndarray, by_pressure: np.ndarray | float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Adjoints (m, n) of the bordered tangent from those of K, and q·∂(V − v)/∂X (m, N, 3); zeros if all is known.
 
     Parameters
     ----------
     at, tangent, state : an equilibrium, with chambers that may be sealed or filled to a volume.
     solved : (m, n) solutions with K alone.
+    by_pressure : (m, k) what unknown pressures change by themselves.
     """
     if at.enclosed is None:
         return solved, np.zeros((len(solved), *at.X.shape))
     border = border_at(at, tangent, state)
-    q = np.linalg.solve(border.schur, border.push.T @ solved.T).T
+    q = np.linalg.solve(border.schur, (by_pressure + solved @ border.push).T).T
     return solved + q @ border.along.T, volumes_by_shape(at, state, q)
 
 

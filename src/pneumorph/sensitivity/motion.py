@@ -4,7 +4,7 @@ and the moduli of rubbers. One adjoint for each."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -58,18 +58,29 @@ def motion_slopes(at: Configuration, tangent: Tangent, state: State, measured: O
     at, tangent, state : the equilibrium.
     measured : whose residuals have these derivatives, or whose value if it has none; by default the tip's motions.
     """
+    found = slopes_by(at, state, *adjoints_of(at, tangent, state, measured))
+    given = np.array([measured.by_pressure.get(chamber, 0.0) for chamber in at.model.chambers])
+    return replace(found, loads=[each._replace(pressure=each.pressure + given) for each in found.loads])
+
+
+def slopes_by(
+    at: Configuration, state: State, values: np.ndarray, direct: np.ndarray, adjoints: np.ndarray, more: np.ndarray
+) -> MotionSlopes:
+    """The derivatives of k values at an equilibrium.
+
+    Parameters
+    ----------
+    at, state : the equilibrium.
+    values : (k,)
+    direct : (k, N, 3) by nodes, with the state as it is.
+    adjoints : (k, n) w, with which they change by −wᵀ∂R as the state follows.
+    more : (k, N, 3) what pressures that are found with the state add, see `with_border`.
+    """
     model = at.model
-    motion, direct, solved, more = _adjoints(at, tangent, state, measured)
-    pulled = products.pullback(model.potential, at.X, state, at.loads, [model.state(w) for w in solved])
-    given = np.array([measured.by_pressure.get(chamber, 0.0) for chamber in model.chambers])
-    rubbers = {name: -solved @ model.vector(by) for name, by in rubber_forces(at, state).items()}
-    return MotionSlopes(
-        motion,
-        direct - np.array([by_X for by_X, _ in pulled]) + more,
-        [acting._replace(pressure=acting.pressure + given) for acting in (_negative(loads) for _, loads in pulled)],
-        rubbers,
-        solved,
-    )
+    pulled = products.pullback(model.potential, at.X, state, at.loads, [model.state(w) for w in adjoints])
+    rubbers = {name: -adjoints @ model.vector(by) for name, by in rubber_forces(at, state).items()}
+    by_X = direct - np.array([shape for shape, _ in pulled]).reshape(direct.shape) + more
+    return MotionSlopes(values, by_X, [_negative(loads) for _, loads in pulled], rubbers, adjoints)
 
 
 def _negative(loads: Loads) -> Loads:
@@ -78,12 +89,12 @@ def _negative(loads: Loads) -> Loads:
 
 def tip_motion_adjoints(at: Configuration, tangent: Tangent, state: State) -> tuple[np.ndarray, np.ndarray]:
     """The tip's motion (6,) in mm and rad at a state, and the adjoints (6, n) of its components."""
-    motion, _, solved, _ = _adjoints(at, tangent, state, _MOTIONS)
+    motion, _, solved, _ = adjoints_of(at, tangent, state)
     return motion, solved
 
 
-def _adjoints(
-    at: Configuration, tangent: Tangent, state: State, measured: Objective
+def adjoints_of(
+    at: Configuration, tangent: Tangent, state: State, measured: Objective = _MOTIONS
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """What is measured (k,), its direct derivatives by X (k, N, 3), its adjoints, and what unknown pressures add."""
     if measured.residuals is None:

@@ -1,8 +1,7 @@
 """The value of an objective with all that it is made of, and its exact derivatives.
 
 Most are functions of a state. The stiffness of the tip is 1/c with its compliance c (`rate.py`). What a held component
-d of the plate is pushed with is r = −∂Π/∂d. With e for that component and K w = K e where unknowns are free, the state
-moves so that dr/dX = −∂((e − w)ᵀR)/∂X.
+of the plate is pushed with is in `held.py`.
 """
 
 from __future__ import annotations
@@ -11,12 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent, rest
+from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.tangent import EXACT
-from pneumorph.mechanics.solve.balance import evaluate, supported
 from pneumorph.objective import TIP_MOTIONS, HeldForce, Objective, TipStiffness, Workspace
 from pneumorph.sensitivity.adjoint import gradient
+from pneumorph.sensitivity.held import held_force, held_force_value
 from pneumorph.sensitivity.rate import Rate, compliance, compliance_slope, scaled
 
 
@@ -36,8 +35,7 @@ def objective_value(at: Configuration, tangent: Tangent, state: State, objective
         case TipStiffness(motion, sign):
             return sign * tip_stiffness(at, tangent, state, motion)
         case HeldForce() as force:
-            _, forces = evaluate(at, state)
-            return -force.sign * at.model.copies * float(forces[-6 + force.number])
+            return held_force_value(at, state, force)
         case Workspace():
             # What a tip spans by itself.
             return 0.0
@@ -94,13 +92,8 @@ def tip_stiffness_slope(at: Configuration, tangent: Tangent, state: State, motio
 
 
 def _held_force_slope(at: Configuration, tangent: Tangent, state: State, force: HeldForce, accuracy: float) -> Rate:
-    model, potential = at.model, at.model.potential
-    unit = model.vector(rest(model)) * 0.0
-    unit[-6 + force.number] = 1.0
-    pushed = products.tangent_product(potential, at.X, state, at.loads, model.state(unit))
-    w = tangent.solve_at(at, state, supported(at, model.vector(pushed)), accuracy)
-    ((shape, acting),) = products.pullback(potential, at.X, state, at.loads, [model.state(unit - w)])
-    _, forces = evaluate(at, state)
-    by_pressure = dict(zip(model.chambers, np.asarray(acting.pressure).tolist(), strict=True))
-    found = Rate(float(forces[-6 + force.number]), shape, by_pressure, np.asarray(acting.reinforcement))
-    return scaled(found, -force.sign * model.copies)
+    model = at.model
+    value, adjoint, more = held_force(at, tangent, state, force, accuracy)
+    ((shape, acting),) = products.pullback(model.potential, at.X, state, at.loads, [model.state(adjoint)])
+    by_pressure = dict(zip(model.chambers, (-np.asarray(acting.pressure)).tolist(), strict=True))
+    return Rate(value, more - shape, by_pressure, -np.asarray(acting.reinforcement))

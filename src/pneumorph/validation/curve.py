@@ -10,6 +10,7 @@ from pneumorph.analysis.along import Curve, along, solved_along
 from pneumorph.analysis.scatter import scatter_at
 from pneumorph.analysis.tolerances import Tolerances, shape_causes
 from pneumorph.doing import doing
+from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import Tangent
 from pneumorph.problem import Problem, Task
@@ -36,13 +37,17 @@ def compared(
     Raises
     ------
     ProblemError
-        If there is friction, or a chamber is sealed or filled to a volume.
+        If there is friction, a chamber is sealed or filled to a volume, or the curve is not of a motion.
     ComputationError
         If a state is not found.
     """
     pressures, of = np.unique(np.round(curve.pressures, 9), axis=0, return_inverse=True)
     groups = [curve.values[of.ravel() == number] for number in range(len(pressures))]
-    number = MOTIONS.index(curve.motion)
+    if curve.quantity not in MOTIONS:
+        raise ProblemError(
+            "measured: only motions are compared with a prediction; calibrate takes forces and volumes too"
+        )
+    number = MOTIONS.index(curve.quantity)
     with doing("predicting the curve"):
         morph, points = along(problem, body, task, pressures, whole=True)
         tangent = Tangent(points[0].model)
@@ -59,7 +64,7 @@ def compared(
     return Comparison(
         body=problem.title or "body",
         rubber=problem.material.name,
-        quantity=motion_word(curve.motion, 1.0),
+        quantity=motion_word(curve.quantity, 1.0),
         unit=unit,
         case="",
         along=f"pressure of {' and '.join(swept)}, kPa",

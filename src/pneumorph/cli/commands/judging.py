@@ -68,12 +68,24 @@ def calibrate(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
     measured: Annotated[
         Path,
-        typer.Option(help="Text file with titles such as 'pressure A (kPa), extension (mm)' and one point a line."),
+        typer.Option(
+            help="Text file with titles such as 'pressure A (kPa), extension (mm)' and one point a line. In place of a "
+            "motion also 'push_extension (N)', what the tip pushes with where this motion is held, 'volume A (ml)', or "
+            "'filled A (ml)', what was filled into the chamber."
+        ),
     ],
     fit: Annotated[
         str, typer.Option(metavar="modulus,wall,pressure", help="What is fitted, separated by commas.")
     ] = "modulus",
     task: Annotated[str | None, typer.Option(help="The task whose loads act; by default the first.")] = None,
+    block: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MOTION[=VALUE]",
+            help="A motion of the plate that was held, where it is at rest or at a value, shift_x=2mm; repeatable. "
+            "That of push_ is held anyway.",
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the problem with the rubber found to this file.")] = None,
     design: DesignNumber = None,
     trust: Trusted = False,
@@ -81,7 +93,7 @@ def calibrate(
     """Find the rubber, the walls and the pressure error of a casting from a measured curve."""
     from pneumorph.cli.calibrate import calibrate
 
-    calibrate(source, measured, fit, design, task, out, trust)
+    calibrate(source, measured, fit, design, task, block or [], out, trust)
 
 
 @doing("comparing with what was measured")
