@@ -8,6 +8,7 @@ import pytest
 from designing import analysed
 from tiny import tiny
 
+from pneumorph.analysis.constants import with_changed
 from pneumorph.analysis.near import Solved
 from pneumorph.analysis.reliability import Ballooning, ballooning_of
 from pneumorph.analysis.tolerances import LOADS, MODULUS, Tolerances, as_cast, moved_by, pressure_of
@@ -54,6 +55,28 @@ def test_the_limit_point_moves_as_derivatives_say(solved, case):
         margins.append(find_margin(there, tangent, state, 2.0).load)
     assert own > 1e-4
     assert own == pytest.approx(abs(math.log(margins[0] / margins[1])) / 2.0, rel=0.01)
+
+
+def test_errors_of_a_fit_move_the_limit_point_as_derivatives_say(solved):
+    """One deviation of both constants of a Yeoh rubber, together."""
+    table = solved.problem.model_dump(mode="json", exclude_none=True)
+    table["material"] |= {"model": "yeoh", "coefficients": ["0.125 MPa", "0.002 MPa"]}
+    del table["material"]["shear_modulus"]
+    error = np.array([0.01, -0.15])
+    table["material"]["covariance"] = np.outer(error, error).tolist()
+    asked = Problem.model_validate(table)
+    _, disc, found = analysed(asked)
+    own = ballooning_of(Solved(asked, disc, found), NONE)["extend"].deviation
+    at, equilibrium = found.configurations["extend"], found.equilibria["extend"]
+    margins = []
+    for way in (0.5, -0.5):
+        there = with_changed(at, asked, dict(zip(("c1", "c2"), way * error, strict=True)))
+        tangent = Tangent(there.model)
+        state = solve(there, tangent, equilibrium.state, TOLERANCE)
+        assert isinstance(state, Equilibrium)
+        margins.append(find_margin(there, tangent, state, 2.0).load)
+    assert own > 1e-4
+    assert own == pytest.approx(abs(math.log(margins[0] / margins[1])), rel=0.01)
 
 
 def test_where_only_pressure_acts_the_modulus_moves_the_limit_point_in_proportion(solved):

@@ -15,6 +15,7 @@ from pneumorph.mechanics.material.homogeneous import nominal_stress
 from pneumorph.problem import loads
 from pneumorph.problem.doubts import doubts
 from pneumorph.problem.material import Material, library
+from pneumorph.problem.scaled import scaled
 from pneumorph.problem.schema import json_schema
 
 COMMON = 'bulk_modulus = "50 MPa"\ndensity = "1 g/cm^3"\nvalid_stretch = 4.0\n'
@@ -146,3 +147,28 @@ def test_five_terms_are_as_their_derivatives_say():
     np.testing.assert_allclose(
         nominal_stress(rubber.isochoric, np.array(rubber.parameters[:-1]), stretch), expected, rtol=1e-9
     )
+
+
+@pytest.mark.parametrize(
+    ("rows", "word"),
+    [
+        ("[[1e-4]]", "2 rows and columns, for c1, c2"),
+        ("[[1e-4, 2e-5], [1e-5, 1e-4]]", "symmetric"),
+        ("[[1e-4, 2e-4], [2e-4, 1e-4]]", "negative variance"),
+        ("[[1e-4, nan], [nan, 1e-4]]", "finite|number"),
+    ],
+)
+def test_a_covariance_that_the_constants_cannot_have_is_refused(rows, word):
+    with pytest.raises(ProblemError, match=word) as refused:
+        loads(problem_text(EXTEND, material=YEOH + f"covariance = {rows}"))
+    assert "material.covariance" in str(refused.value)
+
+
+YEOH = 'model = "yeoh"\ncoefficients = ["0.2 MPa", "0.01 MPa"]\nbulk_modulus = "20 MPa"\ndensity = "1.1 g/cm^3"\n'
+
+
+def test_a_covariance_is_read_written_and_kept_where_moduli_are_scaled():
+    problem = loads(problem_text(EXTEND, material=YEOH + "covariance = [[1e-4, 2e-5], [2e-5, 4e-3]]"))
+    assert loads(problem.to_toml()).material == problem.material
+    stiffer = scaled(problem.material, 2.0, name="stiffer", source="")
+    assert stiffer.covariance == problem.material.covariance and stiffer.coefficients[0] == pytest.approx(0.4)

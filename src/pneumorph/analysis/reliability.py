@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
+from pneumorph.analysis.constants import fitted_in, forces_by_constants
 from pneumorph.analysis.near import Solved
 from pneumorph.analysis.tolerances import (
     HISTORY,
@@ -82,6 +83,7 @@ def ballooning_of(part: Solved, tolerances: Tolerances) -> dict[str, Ballooning]
     tolerances : of every cause.
     """
     found = {}
+    constants = fitted_in(part.problem)
     by_moduli = math.exp(FARTHEST * math.hypot(*_of_moduli(tolerances).values()))
     bound = min(max(by_moduli, LEAST), LONGEST) / BEYOND
     for task, at in part.analysis.configurations.items():
@@ -94,7 +96,7 @@ def ballooning_of(part: Solved, tolerances: Tolerances) -> dict[str, Ballooning]
             ahead = find_margin(at, tangent, equilibrium, bound)
             if ahead.state is None:
                 continue
-            by_X, by_loads = limit_slope(at, tangent, ahead)
+            by_X, by_loads, by_forces = limit_slope(at, tangent, ahead)
         shapes = shape_causes(part.disc.morph, at.X, tolerances)
         changes = [each.tolerance * np.tensordot(by_X, each.everywhere(part.disc.morph), axes=2) for each in shapes]
         for cause in _of_loads(part, at, tolerances):
@@ -103,6 +105,8 @@ def ballooning_of(part: Solved, tolerances: Tolerances) -> dict[str, Ballooning]
             change = Loads(*((np.asarray(one) - np.asarray(other)) / (2.0 * WAYS[0]) for one, other in ways))
             change = change._replace(pressure=ahead.load * np.asarray(change.pressure))
             changes.append(np.sum([np.sum(by * each) for by, each in zip(by_loads, change, strict=True)]))
+        for region, forces in forces_by_constants(at, ahead.state, constants).items():
+            changes += list(constants[region].errors @ (forces @ by_forces))
         found[task] = Ballooning(ahead.load, float(np.linalg.norm(changes)) / ahead.load)
     return found
 

@@ -6,15 +6,22 @@ a load or of the moduli of a rubber. With the adjoint w of a component m of the 
     dm/dδ = (∂m/∂X − ∂(wᵀR)/∂X)·V,   dm/dln p = −p ∂(wᵀR)/∂p,   dm/dln s = −wᵀR_s,
 
 where R_s are the forces of the rubber whose moduli are multiplied by s. Nothing is solved again but w.
+
+The fit of a rubber leaves errors of its constants that make up for one another. They are other than the scatter of its
+moduli: a batch is stiffer or softer by a factor than that which was tested, and the test tells even of that one only so
+much. So both add up. Of all ways to write a covariance as independent errors, that is taken in which the first moves
+the tip most, then the second among those orthogonal to it: one or two are enough.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pneumorph.analysis.accuracy import LEVER
+from pneumorph.analysis.constants import Constants, constants_in, forces_by_constants, with_changed
 from pneumorph.analysis.near import Solved
 from pneumorph.analysis.tolerances import (
     LOADS,
@@ -24,6 +31,7 @@ from pneumorph.analysis.tolerances import (
     ShapeCause,
     Tolerances,
     as_cast,
+    fit_of,
     history_of,
     modulus_of,
     moved_by,
@@ -42,6 +50,9 @@ from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
 MOST_FACTORISATIONS = 60
 """Most for the state of one casting."""
 
+NOTHING = 1e-9
+"""Part of the largest effect of an error of a fit below which another one is a rounding error."""
+
 
 def scatter_of(whole: Solved, tolerances: Tolerances) -> dict[str, Scatter]:
     """How every cause of scatter moves the tip in every task, by one adjoint for each of its six motions.
@@ -53,11 +64,11 @@ def scatter_of(whole: Solved, tolerances: Tolerances) -> dict[str, Scatter]:
     """
     disc, analysis = whole.disc, whole.analysis
     shapes = list(shape_causes(disc.morph, analysis.X, tolerances))
-    scatters = {}
+    scatters, constants = {}, constants_in(whole.problem)
     for name, at in analysis.configurations.items():
         with doing(f"task {name}: derivatives of the tip's motion"):
             state, tangent = analysis.equilibria[name].state, disc.tangents[name]
-            scatters[name] = scatter_at(at, tangent, state, disc.morph, shapes, tolerances)
+            scatters[name] = scatter_at(at, tangent, state, disc.morph, shapes, tolerances, constants)
     return scatters
 
 
@@ -68,6 +79,7 @@ def scatter_at(
     morph: Morph,
     shapes: Sequence[ShapeCause],
     tolerances: Tolerances,
+    constants: Mapping[str, Constants],
 ) -> Scatter:
     """How every cause of scatter moves the tip at an equilibrium.
 
@@ -77,14 +89,21 @@ def scatter_at(
     morph : the mesh of the body.
     shapes : the causes that move its nodes.
     tolerances : of the others.
+    constants : of the rubbers, by region.
     """
     slopes = motion_slopes(at, tangent, state)
     on_surface = np.array([morph.on_surface(by_X) for by_X in slopes.X])
-    causes = [*_of_rubbers(slopes, tolerances), *_of_loads(at, slopes, tolerances)]
+    by_constants = {region: -slopes.adjoints @ by.T for region, by in forces_by_constants(at, state, constants).items()}
+    causes = [*_of_rubbers(slopes, tolerances), *_of_fits(by_constants, constants), *_of_loads(at, slopes, tolerances)]
     for each in shapes:
         by_nodes = slopes.X if len(each.motion) == len(at.X) else on_surface
         causes.append(_cause(*each[:3], np.tensordot(by_nodes, each.motion, axes=2)))
-    return Scatter(tuple(map(float, slopes.motion)), tuple(causes))
+    per_percent = {
+        name: tuple(map(float, UNITS["%"] * by))
+        for region, of_region in by_constants.items()
+        for name, by in zip(constants[region].names, of_region.T, strict=True)
+    }
+    return Scatter(tuple(map(float, slopes.motion)), tuple(causes), per_percent)
 
 
 @dataclass(frozen=True)
@@ -124,8 +143,17 @@ def castings_along(whole: Solved, task: str, scatter: Scatter, motion: int, dire
     """
     causes = zip(scatter.causes, direction, strict=True)
     changes = {cause.name: UNITS[cause.unit] * cause.tolerance * float(part) for cause, part in causes}
+    constants: dict[str, float] = {}
+    for cause, part in zip(scatter.causes, direction, strict=True):
+        for name, by in cause.constants.items():
+            constants[name] = constants.get(name, 0.0) + cause.tolerance * float(part) * by
     moved = moved_by(whole.disc.morph, whole.analysis.configurations[task].X, changes)
-    return OneDeviation(*(_solved(whole, task, way * moved, _times(way, changes), motion) for way in (1.0, -1.0)))
+    return OneDeviation(
+        *(
+            _solved(whole, task, way * moved, _times(way, changes), _times(way, constants), motion)
+            for way in (1.0, -1.0)
+        )
+    )
 
 
 def _times(way: float, changes: Mapping[str, float]) -> dict[str, float]:
@@ -158,10 +186,19 @@ def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.n
     return motions[::-1]
 
 
-def _solved(whole: Solved, task: str, moved: np.ndarray, changes: Mapping[str, float], motion: int) -> float | None:
-    """A motion where nodes have moved (N, 3) and causes have changed; None without a state."""
+def _solved(
+    whole: Solved,
+    task: str,
+    moved: np.ndarray,
+    changes: Mapping[str, float],
+    constants: Mapping[str, float],
+    motion: int,
+) -> float | None:
+    """A motion where nodes have moved (N, 3), and causes and constants have changed; None without a state."""
     at, state = whole.analysis.configurations[task], whole.analysis.equilibria[task].state
     tangent, there = whole.disc.tangents[task], as_cast(at, moved, changes)
+    if constants:
+        there = with_changed(there, whole.problem, constants)
     tangent.move_to(at, state)
     start = predict(at, tangent, state, moved, there.loads)
     answer = solve(there, tangent, start, since=(at, state), most=MOST_FACTORISATIONS)
@@ -177,6 +214,20 @@ def _of_rubbers(slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]
         yield _cause(modulus_of(name), "%", tolerances.rubbers.get(region, tolerances.rubber), by)
         if history := tolerances.histories.get(region):
             yield _cause(history_of(name), "%", history, by)
+
+
+def _of_fits(by_constants: Mapping[str, np.ndarray], constants: Mapping[str, Constants]) -> Iterator[Cause]:
+    """The independent errors of the constants (6, c) of every fitted rubber, that which moves the tip most first."""
+    lever = np.repeat([1.0, LEVER], 3)[:, None]
+    for region, by in by_constants.items():
+        own = constants[region]
+        if not len(own.errors):
+            continue
+        _, sizes, ways = np.linalg.svd(lever * by @ own.errors.T, full_matrices=False)
+        for number, way in enumerate(ways[sizes > NOTHING * sizes[0]] @ own.errors):
+            changes = {name: float(part) for name, part in zip(own.names, way, strict=True) if part}
+            cause = _cause(fit_of(region or RUBBER, number), "σ", 1.0, by @ way)
+            yield replace(cause, constants=changes)
 
 
 def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:

@@ -72,7 +72,7 @@ def of_sources(tolerances: Tolerances, problem: Problem, rubbers: bool = True) -
     return replace(tolerances, histories=histories, rubbers=moduli if rubbers else {})
 
 
-UNITS = {"mm": 1.0, "°": float(np.radians(1.0)), "kPa": 1e-3, "%": 0.01}
+UNITS = {"mm": 1.0, "°": float(np.radians(1.0)), "kPa": 1e-3, "%": 0.01, "σ": 1.0}
 """One of each unit in those of the code."""
 
 RUBBER = "the rubber"
@@ -90,6 +90,11 @@ def modulus_of(rubber: str) -> str:
 def history_of(rubber: str) -> str:
     """What the cause is called that is loading, unloading and time of a rubber."""
     return f"creep, cycles of {rubber}"
+
+
+def fit_of(rubber: str, number: int) -> str:
+    """What the cause is called that is an error of the fit of a rubber's constants, from number 0 on."""
+    return f"fit of {rubber}" + (f", {number + 1}" if number else "")
 
 
 MODULUS, HISTORY = modulus_of(RUBBER), history_of(RUBBER)

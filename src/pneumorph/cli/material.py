@@ -20,7 +20,7 @@ from pneumorph.problem.material import Material, library
 from pneumorph.problem.memory import MEMORY
 from pneumorph.problem.sources import chosen, deviation_of, history_of, other_sources, range_of
 
-COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "scatter", "source", *MEMORY)
+COMMON = ("name", "model", "bulk_modulus", "density", "valid_stretch", "scatter", "covariance", "source", *MEMORY)
 
 _reader: TypeAdapter[Any] = TypeAdapter(Material)
 

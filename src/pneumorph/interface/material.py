@@ -16,9 +16,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from pneumorph import atomic, units
 from pneumorph.errors import ProblemError, writing
-from pneumorph.mechanics.material.fit import TensionTest, material_keys
+from pneumorph.mechanics.material.fit import TensionTest, is_term, material_keys
 from pneumorph.mechanics.material.homogeneous import shear_modulus
 from pneumorph.mechanics.material.judge import Fit, faults, fit_all, reports
+from pneumorph.problem.covariance import rows_of
 from pneumorph.problem.material import MODELS, Material
 from pneumorph.problem.stiffness import no_rubber
 from pneumorph.problem.tension import FEWEST, Reading, read_tension
@@ -185,6 +186,7 @@ class MaterialFit:
             "bulk_modulus": "9 GPa",
             "density": self.density,
             "valid_stretch": float(f"{best.reach:.4g}"),
+            "covariance": rows_of(relative_covariance(best)),
             "source": f"fitted to {_names_of(self.files)}, R2 {best.r2:.4f}; {STRAIN_FROM[self.strain_from][0]}; "
             f"bulk modulus: {BULK_RATIO:g} times shear, assumed",
         }
@@ -307,6 +309,15 @@ def parameters(one: Fit) -> dict[str, Any]:
         return float(f"{value:.6g}") if pure else f"{value:.6g} MPa"
 
     return {key: written(key, value) for key, value in material_keys(one.form, one.parameters)}
+
+
+def relative_covariance(one: Fit) -> np.ndarray:
+    """The covariance of the relative errors of the parameters that a problem file has."""
+    kept = np.ones(len(one.parameters), bool)
+    if one.form.model == "ogden":
+        kept = np.repeat(is_term(one.parameters[::2]), 2)
+    size = one.parameters[kept]
+    return one.covariance[np.ix_(kept, kept)] / np.outer(size, size)
 
 
 def undetermined(one: Fit) -> list[str]:

@@ -124,6 +124,7 @@ class ToleranceReport:
                 "motion": list(scatter.motion),
                 "deviation": scatter.deviations.tolist(),
                 "causes": [to_json(cause) for cause in scatter.causes],
+                "constants": {constant: list(by) for constant, by in scatter.constants.items()},
                 "solved": {motion: [each.down, each.up] for motion, each in self.solved[name].items()},
                 "second_order": dict(self.second[name]),
                 "ballooning": _as_json(self.ballooning.get(name)),
@@ -250,6 +251,7 @@ def _lines(
             continue
         yield f"{task.name}: {motion_word(name, sign)} {value:.2f} ± {deviation:.2g}{after} (one standard deviation)"
         yield from _table(scatter, number, size, unit)
+        yield from _of_constants(scatter, number, size, after)
         if name in solved:
             yield _further(solved[name], value, deviation, size, after)
         elif ballooning is not None and ballooning.within_one:
@@ -264,6 +266,13 @@ def _lines(
             yield f"  solved with the shear moduli of sources: {', '.join(told)}"
     if ballooning is not None:
         yield _balloons(task.name, ballooning)
+
+
+def _of_constants(scatter: Scatter, number: int, size: float, after: str) -> Iterator[str]:
+    """What a motion changes by per cent of every constant of the rubbers."""
+    told = (f"{name} {size * by[number]:+.2g}{after}" for name, by in scatter.constants.items() if by[number])
+    if line := ", ".join(told):
+        yield f"  per % of a constant: {line}"
 
 
 def _as_json(ballooning: Ballooning | None) -> dict[str, Any] | None:

@@ -1,19 +1,10 @@
-"""The constants of a material by their names, and materials with others."""
+"""The constants of a material by their names, with the bulk modulus, and materials with others."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pneumorph.problem.material import (
-    ArrudaBoyce,
-    Gent,
-    Material,
-    MooneyRivlin,
-    NeoHookean,
-    Ogden,
-    OgdenTerm,
-    Yeoh,
-)
+from pneumorph.problem.material import Material, Ogden, OgdenTerm, Yeoh
 
 BULK = "bulk_modulus"
 """The last constant of every material."""
@@ -23,33 +14,18 @@ PURE = ("limit", "locking_stretch", "alpha")
 
 
 def constants(material: Material) -> dict[str, float]:
-    """The constants of a material by their names, MPa or pure numbers, in the order of its energy's parameters.
-
-    They have the names of their keys; c1, c2, … are Yeoh's coefficients, and mu1, alpha1, … the moduli and exponents
-    of Ogden's terms.
-    """
-    match material:
-        case NeoHookean():
-            own = {"shear_modulus": material.shear_modulus}
-        case MooneyRivlin():
-            second = {"c20": material.c20, "c11": material.c11, "c02": material.c02}
-            own = {"c10": material.c10, "c01": material.c01} | (second if any(second.values()) else {})
-        case Yeoh():
-            own = {f"c{k}": value for k, value in enumerate(material.coefficients, 1)}
-        case Gent():
-            own = {"shear_modulus": material.shear_modulus, "limit": material.limit}
-        case ArrudaBoyce():
-            own = {"shear_modulus": material.shear_modulus, "locking_stretch": material.locking_stretch}
-        case Ogden():
-            own = {}
-            for k, term in enumerate(material.terms, 1):
-                own |= {f"mu{k}": term.modulus, f"alpha{k}": term.exponent}
-    return own | {BULK: material.bulk_modulus}
+    """All constants of a material by their names, MPa or pure numbers, in the order of its energy's parameters."""
+    return material.constants | {BULK: material.bulk_modulus}
 
 
 def is_modulus(constant: str) -> bool:
     """Whether the energy is proportional to a constant, with all others that are moduli."""
     return not constant.startswith(PURE)
+
+
+def named(region: str, constant: str) -> str:
+    """What a constant of a region's rubber is called; the only rubber has the region ""."""
+    return f"{region}.{constant}" if region else constant
 
 
 def with_constants(material: Material, values: Mapping[str, float]) -> Material:
@@ -63,8 +39,8 @@ def with_constants(material: Material, values: Mapping[str, float]) -> Material:
     own = constants(material) | dict(values)
     match material:
         case Yeoh():
-            count = len(material.coefficients)
-            changed = {"coefficients": tuple(own[f"c{k}"] for k in range(1, count + 1)), BULK: own[BULK]}
+            coefficients = tuple(own[name] for name in material.constants)
+            changed = {"coefficients": coefficients, BULK: own[BULK]}
         case Ogden():
             numbers = range(1, len(material.terms) + 1)
             terms = (OgdenTerm.model_construct(modulus=own[f"mu{k}"], exponent=own[f"alpha{k}"]) for k in numbers)

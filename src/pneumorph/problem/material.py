@@ -25,6 +25,7 @@ from pydantic_core import CoreSchema, InitErrorDetails
 
 from pneumorph import units
 from pneumorph.errors import short
+from pneumorph.problem.covariance import fault_of
 from pneumorph.problem.memory import MEMORY, RelaxingPart, Softening, State
 from pneumorph.problem.stiffness import FOAM, INCOMPRESSIBLE, neo_hookean_table, no_rubber
 from pneumorph.problem.table import TAG, Example, InvalidKey, Quantity, Table
@@ -49,6 +50,8 @@ class RubberModel(Table):
     """Largest stretch for which the parameters are valid; states beyond it are reported."""
     scatter: Annotated[Number, Field(ge=0, le=0.5)] | None = None
     """Relative standard deviation of the moduli, e.g. 0.1; by default half the range of what sources give."""
+    covariance: Annotated[tuple[tuple[Number, ...], ...], Field(max_length=12)] = ()
+    """Of the relative errors of the fitted constants, in the order of their keys, without bulk_modulus."""
     source: Annotated[str, Field(max_length=2000)] = ""
     """Where the parameters come from."""
     relaxation: Annotated[tuple[RelaxingPart, ...], Field(max_length=12)] = ()
@@ -66,6 +69,15 @@ class RubberModel(Table):
     @abstractmethod
     def initial_shear_modulus(self) -> float:
         """μ of the undeformed rubber, MPa."""
+
+    @property
+    @abstractmethod
+    def constants(self) -> dict[str, float]:
+        """The constants of its energy by their names but for the bulk modulus, MPa or pure numbers.
+
+        They have the names of their keys; c1, c2, … are Yeoh's coefficients, and mu1, alpha1, … the moduli and
+        exponents of Ogden's terms.
+        """
 
     @model_validator(mode="after")
     def _is_stiff_at_rest(self) -> RubberModel:
@@ -86,6 +98,12 @@ class RubberModel(Table):
                 f'hardly changes its volume: write "{_bulk(self.initial_shear_modulus)}" or, if it is a foam, add '
                 "compressible = true",
             )
+        return self
+
+    @model_validator(mode="after")
+    def _has_a_covariance(self) -> RubberModel:
+        if self.covariance and (fault := fault_of(self.covariance, list(self.constants))):
+            raise InvalidKey("covariance", fault)
         return self
 
     @model_validator(mode="after")
@@ -144,6 +162,10 @@ class NeoHookean(RubberModel):
     def initial_shear_modulus(self) -> float:
         return self.shear_modulus
 
+    @property
+    def constants(self) -> dict[str, float]:
+        return {"shear_modulus": self.shear_modulus}
+
 
 class MooneyRivlin(RubberModel):
     """c10 (Ī₁ − 3) + c01 (Ī₂ − 3), and up to three terms of second order: a polynomial of five terms."""
@@ -166,6 +188,11 @@ class MooneyRivlin(RubberModel):
     def initial_shear_modulus(self) -> float:
         return 2 * (self.c10 + self.c01)
 
+    @property
+    def constants(self) -> dict[str, float]:
+        second = {"c20": self.c20, "c11": self.c11, "c02": self.c02}
+        return {"c10": self.c10, "c01": self.c01} | (second if any(second.values()) else {})
+
 
 class Yeoh(RubberModel):
     """Σ cᵢ (Ī₁ − 3)ⁱ with the coefficients c₁, c₂, …"""
@@ -181,6 +208,10 @@ class Yeoh(RubberModel):
     @property
     def initial_shear_modulus(self) -> float:
         return 2 * self.coefficients[0]
+
+    @property
+    def constants(self) -> dict[str, float]:
+        return {f"c{k}": value for k, value in enumerate(self.coefficients, 1)}
 
 
 class Gent(RubberModel):
@@ -198,6 +229,10 @@ class Gent(RubberModel):
     @property
     def initial_shear_modulus(self) -> float:
         return self.shear_modulus
+
+    @property
+    def constants(self) -> dict[str, float]:
+        return {"shear_modulus": self.shear_modulus, "limit": self.limit}
 
 
 class ArrudaBoyce(RubberModel):
@@ -217,6 +252,10 @@ class ArrudaBoyce(RubberModel):
         x = self.locking_stretch**-2
         series = 1 + 3 / 5 * x + 99 / 175 * x**2 + 513 / 875 * x**3 + 42039 / 67375 * x**4
         return self.shear_modulus * series
+
+    @property
+    def constants(self) -> dict[str, float]:
+        return {"shear_modulus": self.shear_modulus, "locking_stretch": self.locking_stretch}
 
 
 class OgdenTerm(Table):
@@ -248,6 +287,13 @@ class Ogden(RubberModel):
     @property
     def initial_shear_modulus(self) -> float:
         return sum(term.modulus for term in self.terms)
+
+    @property
+    def constants(self) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for k, term in enumerate(self.terms, 1):
+            found |= {f"mu{k}": term.modulus, f"alpha{k}": term.exponent}
+        return found
 
 
 MODELS = {

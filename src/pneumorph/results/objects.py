@@ -22,6 +22,7 @@ LARGEST = 1e100
 Record = TypeVar("Record", bound="DataclassInstance")
 
 RARE = (
+    "constants",
     "region_stretches",
     "reinforcements",
     "self_intersecting",

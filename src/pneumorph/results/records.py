@@ -229,12 +229,15 @@ class Cause:
         Its standard deviation, in the unit.
     by : (6,)
         How far the tip moves per unit: along x, y, z in mm, and its rotation vector in rad.
+    constants : {name: float}
+        Relative changes per unit of the constants of a rubber, of causes that are errors of their fit.
     """
 
     name: str
     unit: str
     tolerance: float
     by: tuple[float, ...]
+    constants: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -246,10 +249,13 @@ class Scatter:
     motion : (6,) mm, rad
         Of the body as designed, on the mesh of the whole body.
     causes : sequence of Cause
+    constants : {name: (6,)}
+        How far the tip moves per % of each constant of its rubbers, mm and rad.
     """
 
     motion: tuple[float, ...]
     causes: tuple[Cause, ...]
+    constants: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def variances(self) -> np.ndarray:

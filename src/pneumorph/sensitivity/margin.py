@@ -82,13 +82,15 @@ def margin_slope(
     model = at.model
     if margin.state is None:
         return np.zeros(at.X.shape), dict.fromkeys(model.chambers, 0.0), np.zeros(np.shape(at.loads.reinforcement))
-    by_X, by_loads = limit_slope(at, tangent, margin)
+    by_X, by_loads, _ = limit_slope(at, tangent, margin)
     by_pressure = dict(zip(model.chambers, (margin.load * np.asarray(by_loads.pressure)).tolist(), strict=True))
     return by_X, by_pressure, np.asarray(by_loads.reinforcement)
 
 
-def limit_slope(at: Configuration, tangent: Tangent, margin: Margin) -> tuple[np.ndarray, Loads]:
-    """dλ/dX (N, 3) and dλ/dL by the loads L at the limit point, whose pressures are λ times the working ones.
+def limit_slope(at: Configuration, tangent: Tangent, margin: Margin) -> tuple[np.ndarray, Loads, np.ndarray]:
+    """dλ/dX (N, 3), dλ/dL by the loads L at the limit point, and by what is added to the forces R (n,) there.
+
+    The pressures there are λ times the working ones.
 
     Parameters
     ----------
@@ -119,4 +121,4 @@ def limit_slope(at: Configuration, tangent: Tangent, margin: Margin) -> tuple[np
     by_pressure = by_known(at, np.asarray(acting.pressure))
     rise = float(by_pressure @ working)
     slopes = Loads(*(-np.asarray(part) / rise for part in acting))
-    return -shape / rise, slopes._replace(pressure=-by_pressure / rise)
+    return -shape / rise, slopes._replace(pressure=-by_pressure / rise), -vector / rise

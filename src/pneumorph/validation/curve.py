@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumorph.analysis.along import Curve, along, solved_along
+from pneumorph.analysis.constants import fitted_in
 from pneumorph.analysis.scatter import scatter_at
 from pneumorph.analysis.tolerances import Tolerances, shape_causes
 from pneumorph.doing import doing
@@ -52,11 +53,11 @@ def compared(
         morph, points = along(problem, body, task, pressures, whole=True)
         tangent = Tangent(points[0].model)
         states = solved_along(points, pressures, tangent)
-        shapes = list(shape_causes(morph, points[0].X, tolerances))
+        shapes, fitted = list(shape_causes(morph, points[0].X, tolerances)), fitted_in(problem)
         predicted, error = [], []
         for at, state in zip(points, states, strict=True):
             tangent.move_to(at, state)
-            scatter = scatter_at(at, tangent, state, morph, shapes, tolerances)
+            scatter = scatter_at(at, tangent, state, morph, shapes, tolerances, fitted)
             predicted.append(scatter.motion[number])
             error.append(scatter.deviations[number])
     unit, size = ("mm", 1.0) if number < 3 else ("°", float(np.degrees(1.0)))

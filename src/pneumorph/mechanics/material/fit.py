@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
@@ -176,6 +177,11 @@ def _moduli(form: Form, data: MeasuredPoints, searched: np.ndarray) -> tuple[np.
     return moduli, basis @ moduli - measured
 
 
+def is_term(modulus: Any) -> Any:
+    """Whether a term of Ogden's with a fitted modulus (…) is one: where it is zero, it is left out."""
+    return np.abs(modulus) > 1e-9
+
+
 def material_keys(form: Form, parameters: np.ndarray) -> Iterator[tuple[str, object]]:
     """Keys and values of the table [material] for fitted parameters; moduli are floats in MPa."""
     numbers = [float(number) for number in parameters]
@@ -192,5 +198,4 @@ def material_keys(form: Form, parameters: np.ndarray) -> Iterator[tuple[str, obj
             yield from zip(("shear_modulus", "locking_stretch"), numbers, strict=True)
         case "ogden":
             terms = zip(numbers[::2], numbers[1::2], strict=True)
-            # Leave out terms whose fitted modulus is zero.
-            yield "terms", tuple({"modulus": m, "exponent": a} for m, a in terms if abs(m) > 1e-9)
+            yield "terms", tuple({"modulus": m, "exponent": a} for m, a in terms if is_term(m))

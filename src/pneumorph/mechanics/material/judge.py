@@ -57,7 +57,7 @@ class Fit:
     Attributes
     ----------
     parameters : of the form's energy, without κ.
-    deviations : their standard deviations, of the same shape; infinite where the tests say nothing about one.
+    covariance : of their errors, (m, m); large where the tests say nothing about one.
     rms : root mean square of the differences of nominal stress, MPa.
     r2 : smallest coefficient of determination R² of the tests.
     criterion : Bayesian information criterion; smaller is better.
@@ -70,7 +70,7 @@ class Fit:
 
     form: Form
     parameters: np.ndarray
-    deviations: np.ndarray
+    covariance: np.ndarray
     rms: float
     r2: float
     criterion: float
@@ -79,6 +79,11 @@ class Fit:
     curves: dict[str, ModeCurve]
     ratios: dict[str, tuple[float, float]]
     measured: frozenset[str]
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations (m,) of the parameters."""
+        return np.sqrt(np.diag(self.covariance))
 
     @property
     def is_stable(self) -> bool:
@@ -224,7 +229,7 @@ def judged(form: Form, parameters: np.ndarray, tests: Sequence[TensionTest]) -> 
     return Fit(
         form,
         parameters,
-        deviations=np.sqrt(np.diag(covariance)),
+        covariance=covariance,
         rms=float(np.sqrt(np.mean(difference**2))),
         r2=min(1.0 - left / all_ for left, all_ in zip(remains, variance, strict=True)),
         criterion=float(criterion),
