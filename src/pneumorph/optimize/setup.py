@@ -68,14 +68,10 @@ class Setup:
         return build_discretisation(self.problem, morph, P)
 
     def within(self, phi: np.ndarray, reach: float = np.inf, kept: Kept | None = None) -> Within | LimitReport:
-        """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`.
-
-        Where none was found that also keeps the others, they are not kept: states are judged by themselves.
-        """
+        """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`."""
         # Steps are smooth, so bounds of the shape may be passed by them.
         start = np.clip(phi, self.space.lower, self.space.upper)
-        end = within(self.space, self.smooth, self.limits, start, reach, self.settings.repair, kept)
-        return end if kept is None or isinstance(end, Within) else self.within(phi, reach)
+        return within(self.space, self.smooth, self.limits, start, reach, self.settings.repair, kept)
 
     def certify(self, phi: np.ndarray) -> LimitReport:
         """The certified report of the limits on the shape of the design Φ (n,)."""

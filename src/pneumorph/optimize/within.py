@@ -8,7 +8,7 @@ the control points alone, so this costs no equilibrium.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -57,6 +57,14 @@ class Kept:
         """c (k,) at the design Φ (n,)."""
         return self.value + self.jacobian @ (phi - self.phi)
 
+    def resists(self, phi: np.ndarray) -> bool:
+        """Whether one is about at its bound at the design Φ (n,)."""
+        return bool((self.at(phi) > -self.accuracy).any())
+
+    def without(self) -> Kept:
+        """Nothing that is to be kept."""
+        return replace(self, value=self.value[:0], jacobian=self.jacobian[:0])
+
 
 def within(
     space: DesignSpace,
@@ -70,7 +78,8 @@ def within(
     """The design nearest to Φ, in the metric of smooth steps, that satisfies every limit; else the best try's report.
 
     No variable moves farther than `reach`. Points between samples where the certificate finds a limit violated become
-    samples; where that is not enough, margins grow.
+    samples; where that is not enough, margins grow. Where none was found that also meets those that are to be kept,
+    they are not kept.
 
     Parameters
     ----------
@@ -88,15 +97,20 @@ def within(
     """
     kept = kept or Kept(phi, np.zeros(0), np.zeros((0, space.n)), 0.0)
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
+    search = _Search(space, smooth, limits, settings, lower, upper, kept)
     with doing("moving surfaces within their limits") as far:
-        return _within(_Search(space, smooth, limits, settings, lower, upper, kept), phi, far)
+        end, resisted = _within(search, phi, far)
+        if resisted and not isinstance(end, Within):
+            end, _ = _within(replace(search, kept=kept.without()), phi, far)
+    return end
 
 
-def _within(search: _Search, phi: np.ndarray, far: Callable[[str], None]) -> Within | LimitReport:
-    """What `within` does; `far` is told how far it is."""
+def _within(search: _Search, phi: np.ndarray, far: Callable[[str], None]) -> tuple[Within | LimitReport, bool]:
+    """What `within` does, and whether what is to be kept was in the way; `far` is told how far it is."""
     space, limits, settings = search.space, search.limits, search.settings
     margins, violated = MARGIN.copy(), None
     phi, places = search.nearest(phi, margins, None, None)
+    resisted = search.kept.resists(phi)
     report = best = limits.certify(space.body(phi))
     least, stuck = np.inf, 0
     for tries in range(1, settings.certificates):
@@ -122,8 +136,9 @@ def _within(search: _Search, phi: np.ndarray, far: Callable[[str], None]) -> Wit
                 short = abs(reading.value - reading.attained) / reading.scale
                 margins[[BY_NAME[name].word == limit.word for name in ROWS]] += min(short, settings.widest)
         phi, places = search.nearest(phi, margins, places, violated)
+        resisted |= search.kept.resists(phi)
         report = limits.certify(space.body(phi))
-    return Within(phi, report) if report.satisfied() else min(best, report, key=_worst)
+    return Within(phi, report) if report.satisfied() else min(best, report, key=_worst), resisted
 
 
 def _worst(report: LimitReport) -> float:
