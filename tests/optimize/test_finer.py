@@ -11,6 +11,7 @@ from pneumorph.analysis import (
     checkpoint,
     divided,
     is_estimated,
+    joined,
     largest_share,
     quick_errors,
     recorded_share,
@@ -18,7 +19,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.refine import refine
-from pneumorph.optimize import DesignAccepted, Divided, Finished, NotDivided, design, finer, loop, start
+from pneumorph.optimize import DesignAccepted, Divided, Finished, NotDivided, design, finer, loop, start, trial
 from pneumorph.optimize.buckling import judge
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.finer import with_finer_mesh
@@ -68,6 +69,14 @@ def coarse():
     return Coarse()
 
 
+@pytest.fixture(scope="module")
+def fine():
+    """A design on a mesh that has been divided for an error of 2 %."""
+    coarse = Coarse(error="2 %")
+    list(follow := Kept(with_finer_mesh(coarse.setup, coarse.iterate(), Clock())))
+    return coarse, follow.value
+
+
 @pytest.mark.parametrize(("element", "error"), [("quadratic", "3 %"), ("mixed", "1 %")])
 def test_the_elements_that_contribute_most_are_divided(element, error):
     """Some of the elements are worth half of a uniform refinement."""
@@ -112,6 +121,35 @@ def test_a_design_that_has_outgrown_its_mesh_gets_smaller_elements(coarse):
     restored, analysis = checkpoint.unpack(problem, setup.space, arrays)
     np.testing.assert_array_equal(restored.morph.mesh.halved, after.disc.morph.mesh.halved)
     assert analysis.value == pytest.approx(after.analysis.value, rel=1e-5)
+
+
+def test_a_new_mesh_has_larger_elements_where_little_of_a_small_error_comes_from(fine):
+    """Where elements are joined, those that contribute least; the error is no more than asked for with many fewer."""
+    coarse, now = fine
+    halved = now.disc.morph.mesh.halved
+    np.testing.assert_array_equal(joined(coarse.problem, now.disc, now.analysis), halved)
+    assert joined(coarse.problem, coarse.disc, coarse.analysis) is None
+    asked = (coarse.problem.with_changes({"mesh.error": each}) for each in ("3 %", "6 %"))
+    some, more = (joined(problem, now.disc, now.analysis) for problem in asked)
+    for fewer in (some, more):
+        assert fewer.min() >= 0.0 and set(np.round(3 * (halved - fewer)).astype(int)) <= {0, 1, 2, 3}
+    assert 0 < np.count_nonzero(some < halved) < np.count_nonzero(more < halved) < len(halved)
+
+
+def test_where_a_body_is_meshed_anew_its_elements_are_those_that_it_needs_now(fine, monkeypatch):
+    coarse, now = fine
+    monkeypatch.setattr(trial, "needs_remesh", lambda *_: "it is asked for")
+    found = {}
+    for error in ("2 %", "6 %"):
+        setup = build_setup(coarse.problem.with_changes({"mesh.error": error}))
+        list(follow := Kept(trial.analyse_trial(setup, 6, now.design, coarse.phi, Clock())))
+        there = follow.value
+        assert there.remeshed and there.analysis is not None
+        share = largest_share(setup.problem, quick_errors(setup.problem, there.disc, there.analysis))
+        found[error] = there.disc.model.elements, share
+    elements, share = found["6 %"]
+    assert elements < 0.5 * found["2 %"][0]
+    assert found["2 %"][1] < share <= 0.06
 
 
 def test_a_design_without_a_state_on_the_finer_mesh_keeps_its_own_and_says_so(coarse, monkeypatch):

@@ -24,7 +24,7 @@ from pneumorph.analysis.collect import (
     compute_sag,
 )
 from pneumorph.analysis.explore import Explored, Explorer, Stopped
-from pneumorph.analysis.graded import divided, to_divide
+from pneumorph.analysis.graded import divided, joined, to_divide
 from pneumorph.analysis.gradient import AnalysedBody, GradientCheck, analyse_body, run_gradient_check
 from pneumorph.analysis.limited import (
     least_motion_rows,
@@ -80,6 +80,7 @@ __all__ = [
     "divided",
     "expect_limit_points",
     "is_estimated",
+    "joined",
     "largest_share",
     "lateral_slope_of",
     "lateral_stability",

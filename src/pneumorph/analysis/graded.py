@@ -1,16 +1,18 @@
-"""Elements that are divided where a design's error of the mesh comes from, until it is as small as `mesh.error`."""
+"""Elements that are divided where a design's error of the mesh comes from, until it is as small as `mesh.error`, and
+those whose parts are joined again where little of it comes from."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from pneumorph.analysis.accuracy import LEVER, MeshError, refined_model
+from pneumorph.analysis.accuracy import LEVER, MeshError, mesh_errors, refined_model
 from pneumorph.analysis.analyse import Analysis, Discretisation, build_discretisation
 from pneumorph.analysis.castings import casting_name
 from pneumorph.analysis.sized import LARGEST, motion_share, worst_motion
+from pneumorph.doing import doing
 from pneumorph.mechanics import State
 from pneumorph.mechanics.solve.local import contributions
 from pneumorph.mechanics.solve.refined import on_refined
@@ -23,6 +25,9 @@ AIM = 0.95
 
 LEFT = 0.3
 """The part of an element's contribution that its parts have: `linear` has 0.28 where all elements are divided."""
+
+AMPLE = 0.5
+"""Part of the error that is asked for below which elements are larger in the next mesh, and up to which they are."""
 
 BULK = 0.5
 """Largest part of all contributions whose elements are divided at a time: what is left is looked at again after it."""
@@ -45,10 +50,56 @@ def to_divide(
     if asked is None or disc.model.elements > LARGEST:
         return np.flatnonzero(marked)
     large = [task for task in problem.task if task.name in errors and motion_share(task, errors[task.name]) > asked]
-    refined = refined_model(problem, disc.morph.mesh.at(analysis.X)) if large else None
+    for share, parts in _shared_out(problem, disc, analysis, errors, large):
+        order = np.argsort(-parts)
+        needed = (1.0 - AIM * asked / share) / (1.0 - LEFT)
+        marked[order[: 1 + int(np.searchsorted(np.cumsum(parts[order]), min(needed, BULK)))]] = True
+    return np.flatnonzero(marked)
+
+
+@doing("the error of the mesh")
+def joined(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
+    """How often every element (m,) is to be halved where the body is meshed anew, as few of them as are needed.
+
+    Where all errors are far below `mesh.error`, elements that contribute least are halved once less than they are, as
+    many as can be if they then contribute 1/`LEFT` of what their parts do. None where nothing has been divided.
+
+    Parameters
+    ----------
+    problem : of the design.
+    disc, analysis : its mesh and its states.
+    """
+    halved, asked = disc.morph.mesh.halved, problem.mesh.error
+    if halved is None or asked is None or not halved.any():
+        return halved
+    errors = mesh_errors(problem, disc, analysis, thorough=False)
+    known = [task for task in problem.task if task.name in errors]
+    found = list(_shared_out(problem, disc, analysis, errors, known))
+    if len(found) < len(problem.task):
+        return halved
+    more = np.array([(1.0 / LEFT - 1.0) * share * parts for share, parts in found])
+    room = np.array([[AMPLE * asked - share] for share, _ in found])
+    able = np.flatnonzero(halved > 0.0)
+    order = able[np.argsort(more[:, able].max(axis=0))]
+    fit = np.all(np.cumsum(more[:, order], axis=1) <= room, axis=0)
+    less = order[: np.count_nonzero(fit)]
+    halved = halved.copy()
+    halved[less] = np.maximum(halved[less] - 1.0, 0.0)
+    return halved
+
+
+def _shared_out(
+    problem: Problem,
+    disc: Discretisation,
+    analysis: Analysis,
+    errors: Mapping[str, MeshError],
+    tasks: Sequence[Task],
+) -> Iterator[tuple[float, np.ndarray]]:
+    """The share of every task, see `motion_share`, and the part (m,) of each element in it; those that are known."""
+    refined = refined_model(problem, disc.morph.mesh.at(analysis.X)) if tasks else None
     if refined is None:
-        return np.flatnonzero(marked)
-    for task in large:
+        return
+    for task in tasks:
         at, state = analysis.configurations[task.name], analysis.equilibria[task.name].state
         there = replace(at, model=refined.model, X=refined.fine.mesh.points)
         measured = measured_of(shift=at.loads.shift)
@@ -56,13 +107,8 @@ def to_divide(
         error = errors[task.name]
         seed = _combined(seeds, _weights(task, error))
         found = contributions(refined.fine, at, disc.tangents[task.name], state, there, [seed])
-        if found is None:
-            continue
-        order = np.argsort(-found[0])
-        part = np.cumsum(found[0][order]) / found[0].sum()
-        needed = (1.0 - AIM * asked / motion_share(task, error)) / (1.0 - LEFT)
-        marked[order[: 1 + int(np.searchsorted(part, min(needed, BULK)))]] = True
-    return np.flatnonzero(marked)
+        if found is not None and np.any(found):
+            yield motion_share(task, error), found[0] / found[0].sum()
 
 
 def divided(

@@ -7,7 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, expect_limit_points, predict_states
+from pneumorph.analysis import (
+    Analysis,
+    Discretisation,
+    analyse,
+    carry_over,
+    expect_limit_points,
+    joined,
+    predict_states,
+)
 from pneumorph.errors import MeshError
 from pneumorph.limits.kinds.states import MARGIN
 from pneumorph.mechanics import Guess, NoEquilibrium
@@ -120,13 +128,16 @@ def _follow(
         starts = predict_states(space, disc, now.analysis, phi)
     if reason is None:
         return _Followed(disc, starts, remeshed=False)
-    quality = _quality(disc, points)
+    quality, like = _quality(disc, points), disc.morph.at(points)
+    if like.halved is not None:
+        with clock.phase("equilibrium"):
+            like = replace(like, halved=joined(setup.problem, now.disc, now.analysis))
     with clock.phase("geometry"):
         # Any size of elements, where the mesh does not serve any more.
         sound = quality >= settings.sound
         finest = min(settings.finer * setup.problem.mesh.size, disc.morph.size) if sound else 0.0
         try:
-            new = setup.discretise(space.body(phi), finest, disc.morph.at(points))
+            new = setup.discretise(space.body(phi), finest, like)
         except MeshError as error:
             if quality < settings.bearable:
                 return error
