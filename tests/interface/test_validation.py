@@ -40,7 +40,7 @@ def test_the_prediction_has_the_values_and_deviations_of_the_design(source, tmp_
 @pytest.mark.parametrize(
     ("options", "word"),
     [
-        (["chair"], "beam, disc"),
+        (["chair"], "balloon, beam, disc"),
         (["beam", "--task", "extend"], "--measured"),
         (["beam", "disc", "--measured", "none.csv"], "one body"),
         (["beam", "--measured", "none.csv", "--tolerance", "rubber"], "rubber=5 %"),

@@ -80,7 +80,7 @@ def validate(
 
     Parameters
     ----------
-    names : some of "beam" and "disc"; by default all.
+    names : some of "balloon", "beam" and "disc"; by default all.
     quick : with large elements and steps.
     show : called with every comparison as soon as it is known.
 

@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from pneumorph.doing import doing
+from pneumorph.validation.balloon import balloons
 from pneumorph.validation.beam import beams
 from pneumorph.validation.comparison import Comparison
 from pneumorph.validation.disc import discs
 
-BODIES: Mapping[str, Callable[[bool], Iterator[Comparison]]] = {"beam": beams, "disc": discs}
+BODIES: Mapping[str, Callable[[bool], Iterator[Comparison]]] = {
+    "balloon": balloons,
+    "beam": beams,
+    "disc": discs,
+}
 """What has been measured, and what yields its comparisons, quickly or not."""
 
 

@@ -101,7 +101,7 @@ def validate(
     source: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[beam|disc]... or RUN_OR_PROBLEM",
+            metavar="[balloon|beam|disc]... or RUN_OR_PROBLEM",
             help="Measured bodies that come with the package, by default all; with --measured a run directory or a "
             "problem file.",
         ),

@@ -165,6 +165,11 @@ def as_good(fits: Sequence[Fit]) -> list[Fit]:
     ]
 
 
+def as_good_in(fits: Sequence[Fit], mode: str) -> list[Fit]:
+    """The fits that are as good as the first, without those whose errors make the stress in a mode too uncertain."""
+    return [one for one in as_good(fits) if one is fits[0] or mode not in one.uncertain]
+
+
 def reports(fits: Sequence[Fit]) -> list[str]:
     """What the tests cannot decide about the first of ranked fits, in sentences."""
     best, alike = fits[0], as_good(fits)
@@ -199,7 +204,7 @@ def faults(one: Fit) -> list[str]:
 
 def band(fits: Sequence[Fit], mode: str) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest stress (n,) in MPa of the fits that are as good as the first, with two standard deviations."""
-    curves = [one.curves[mode] for one in as_good(fits) if one is fits[0] or mode not in one.uncertain]
+    curves = [one.curves[mode] for one in as_good_in(fits, mode)]
     return (
         np.min([curve.stress - 2 * curve.deviation for curve in curves], axis=0),
         np.max([curve.stress + 2 * curve.deviation for curve in curves], axis=0),
