@@ -74,7 +74,7 @@ def sampled(whole: Solved, task: str, castings: list[Casting]) -> list[np.ndarra
 
 def of_first_order(scatter: Scatter, castings: list[Casting]) -> np.ndarray:
     """The motions (n, 6) of castings by first derivatives."""
-    by = {cause.name: np.array(cause.by) / UNITS[cause.unit] for cause in scatter.causes}
+    by = {cause.name: np.array(cause.by[: len(MOTIONS)]) / UNITS[cause.unit] for cause in scatter.causes}
     return np.array([sum((change * by[name] for name, change in each.items() if name in by), 0.0) for each in castings])
 
 
@@ -118,7 +118,7 @@ def main() -> None:
                 of_first_order(scatter, [one for one, _ in pairs]),
             )
             missing = len(answers) - len(pairs)
-            largest = scatter.deviations * ([1.0] * 3 + [10.0] * 3)
+            largest = scatter.deviations[: len(MOTIONS)] * ([1.0] * 3 + [10.0] * 3)
             for k in np.flatnonzero(largest > 0.1 * largest.max()):
                 unit, size = ("mm", 1.0) if k < 3 else ("°", 1.0 / UNITS["°"])
                 first, same = size * scatter.deviations[k], size * alike[:, k].std(ddof=1)

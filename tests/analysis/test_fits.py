@@ -40,6 +40,7 @@ def test_the_variance_is_that_of_the_covariance_beside_that_of_the_modulus(whole
     assert modulus.name == "modulus of the rubber"
     total = own + np.square(5.0 * np.array(modulus.by))
     np.testing.assert_allclose(np.square(scatter.deviations), total, rtol=1e-9)
+    assert own[scatter.quantities.index("volume_A")] > 0.0
     # The first of the independent errors is nearly all.
     assert scatter.variances[fits[0], 4] > 0.9 * own[4]
     assert own[4] < np.einsum("i,i,i->", by[4], np.diag(covariance), by[4])

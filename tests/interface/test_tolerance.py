@@ -36,14 +36,41 @@ def test_the_command_prints_shares_that_add_up_and_writes_all_figures(file, tmp_
     out = tmp_path / "all.json"
     done = CliRunner().invoke(app, ["tolerance", str(file), "--wall", "0.2 mm", "--json", str(out)])
     assert done.exit_code == 0, done.output
-    rows = [line for line in done.output.splitlines() if line.endswith("%")]
-    assert sum(int(row.split()[-2]) for row in rows) == pytest.approx(100, abs=len(rows))
+    tables = [table.splitlines() for table in done.output.split("extend: ")[1:]]
+    assert [table[0].partition(" ")[0] for table in tables] == ["extension", "volume"]
+    for table in tables:
+        rows = [line for line in table if line.endswith("%")]
+        assert sum(int(row.split()[-2]) for row in rows) == pytest.approx(100, abs=len(rows))
     ((_, task),) = json.loads(out.read_text()).items()
     walls = [cause for cause in task["causes"] if cause["name"].startswith("rubber at")]
     assert [cause["tolerance"] for cause in walls] == [0.2] * 2
     assert task["deviation"][2] ** 2 == pytest.approx(
         sum((cause["tolerance"] * cause["by"][2]) ** 2 for cause in task["causes"])
     )
+
+
+def test_forces_of_a_held_tip_and_volumes_have_tables(tmp_path):
+    """A force in the sense that the task asks for, a volume in millilitres; motions that are held have none."""
+    held = TASK.replace('{ motion = "extension" }', '{ kind = "blocked", motion = "-extension" }')
+    path, out = tmp_path / "held.toml", tmp_path / "all.json"
+    problem = loads(problem_text(f'{held}hold = {{ axial = "0.5 mm" }}\n')).with_changes({"mesh.size": "8 mm"})
+    path.write_text(problem.to_toml())
+    done = CliRunner().invoke(app, ["tolerance", str(path), "--json", str(out)])
+    assert done.exit_code == 0, done.output
+    heads = [line for line in done.output.splitlines() if line.startswith("extend: ")]
+    ((_, task),) = json.loads(out.read_text()).items()
+    force, volume = (task["quantities"].index(name) for name in ("push_extension", "volume_A"))
+    assert [head.partition(" ±")[0] for head in heads] == [
+        f"extend: force against shortening {-task['values'][force]:.4g}",
+        f"extend: volume of A {1e-3 * task['values'][volume]:.4g}",
+    ]
+    assert f" ± {task['deviation'][force]:.2g} N (" in heads[0]
+    assert f" ± {1e-3 * task['deviation'][volume]:.2g} ml (" in heads[1]
+    down, up = task["solved"]["push_extension"]
+    value, deviation = task["values"][force], task["deviation"][force]
+    assert (down, up) == (pytest.approx(value - deviation, rel=0.02), pytest.approx(value + deviation, rel=0.02))
+    assert "N per unit" in done.output and "ml per unit" in done.output
+    assert abs(task["deviation"][2]) < 1e-9
 
 
 def test_a_rubber_of_the_library_scatters_as_its_sources_do_and_is_solved_at_their_ends(tmp_path):

@@ -37,6 +37,18 @@ def test_the_prediction_has_the_values_and_deviations_of_the_design(source, tmp_
     assert one.error[2] == pytest.approx(scatter.deviations[2], rel=1e-3)
 
 
+def test_a_force_is_compared_where_its_motion_is_held(source, tmp_path):
+    """Held at rest, as the task does not hold it; it is that of a sweep with the same motion blocked."""
+    curve = tmp_path / "curve.csv"
+    curve.write_text("pressure_kPa,push_extension_N\n0,0\n20,0.5\n40,1\n")
+    design = starting_design(load(source))
+    (one,) = design.validate(curve, rubber="5 %").comparisons
+    assert one.quantity == "force against extension" and one.unit == "N"
+    swept = design.simulate({"A": "0:40:20 kPa"}, block="axial")
+    np.testing.assert_allclose(one.predicted, [step.reaction["axial"] for step in swept.steps], rtol=1e-3, atol=1e-6)
+    assert (one.error[1:] > 0.02 * one.predicted[1:]).all()
+
+
 @pytest.mark.parametrize(
     ("options", "word"),
     [

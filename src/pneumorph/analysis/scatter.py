@@ -1,7 +1,7 @@
 """What moves when a workshop's rubber, pressures, walls and cores are not as designed: exact first derivatives.
 
 Every cause of scatter is a motion V of the mesh's nodes per unit (walls, cores, the size of the whole), or a factor of
-a load or of the moduli of a rubber. With the adjoint w of a component m of the tip's motion,
+a load or of the moduli of a rubber. With the adjoint w of a motion of the tip, a force where it is held, or a volume m,
 
     dm/dδ = (∂m/∂X − ∂(wᵀR)/∂X)·V,   dm/dln p = −p ∂(wᵀR)/∂p,   dm/dln s = −wᵀR_s,
 
@@ -10,7 +10,7 @@ where R_s are the forces of the rubber whose moduli are multiplied by s. Nothing
 The fit of a rubber leaves errors of its constants that make up for one another. They are other than the scatter of its
 moduli: a batch is stiffer or softer by a factor than that which was tested, and the test tells even of that one only so
 much. So both add up. Of all ways to write a covariance as independent errors, that is taken in which the first moves
-the tip most, then the second among those orthogonal to it: one or two are enough.
+the tip most, then the second among those orthogonal to it, and so on to those that change forces and volumes alone.
 """
 
 from __future__ import annotations
@@ -38,14 +38,15 @@ from pneumorph.analysis.tolerances import (
     pressure_of,
     scales,
     shape_causes,
+    stiffer,
     stiffness_of,
 )
 from pneumorph.doing import doing
 from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent, predict, solve, sweep
 from pneumorph.mesh import Morph
-from pneumorph.objective import measure_features
+from pneumorph.problem.components import MOTIONS, PUSH, PUSHES, is_turn
 from pneumorph.results import Cause, Scatter
-from pneumorph.sensitivity import MotionSlopes, by_known, motion_slopes
+from pneumorph.sensitivity import MotionSlopes, by_known, quantities_at, quantities_of, quantity_slopes
 
 MOST_FACTORISATIONS = 60
 """Most for the state of one casting."""
@@ -53,9 +54,12 @@ MOST_FACTORISATIONS = 60
 NOTHING = 1e-9
 """Part of the largest effect of an error of a fit below which another one is a rounding error."""
 
+LESS = 1e-3
+"""Weight of effects on forces and volumes beside those on motions, of which the first errors are to have most."""
+
 
 def scatter_of(whole: Solved, tolerances: Tolerances) -> dict[str, Scatter]:
-    """How every cause of scatter moves the tip in every task, by one adjoint for each of its six motions.
+    """What every cause of scatter does in every task to motions, forces and volumes, by one adjoint for each.
 
     Parameters
     ----------
@@ -66,7 +70,7 @@ def scatter_of(whole: Solved, tolerances: Tolerances) -> dict[str, Scatter]:
     shapes = list(shape_causes(disc.morph, analysis.X, tolerances))
     scatters, constants = {}, constants_in(whole.problem)
     for name, at in analysis.configurations.items():
-        with doing(f"task {name}: derivatives of the tip's motion"):
+        with doing(f"task {name}: derivatives by what varies"):
             state, tangent = analysis.equilibria[name].state, disc.tangents[name]
             scatters[name] = scatter_at(at, tangent, state, disc.morph, shapes, tolerances, constants)
     return scatters
@@ -80,8 +84,9 @@ def scatter_at(
     shapes: Sequence[ShapeCause],
     tolerances: Tolerances,
     constants: Mapping[str, Constants],
+    quantities: Sequence[str] | None = None,
 ) -> Scatter:
-    """How every cause of scatter moves the tip at an equilibrium.
+    """What every cause of scatter does at an equilibrium.
 
     Parameters
     ----------
@@ -90,11 +95,17 @@ def scatter_at(
     shapes : the causes that move its nodes.
     tolerances : of the others.
     constants : of the rubbers, by region.
+    quantities : to what, by default to all `quantities_of` it.
     """
-    slopes = motion_slopes(at, tangent, state)
+    names = quantities_of(at) if quantities is None else tuple(quantities)
+    slopes = quantity_slopes(at, tangent, state, names)
     on_surface = np.array([morph.on_surface(by_X) for by_X in slopes.X])
     by_constants = {region: -slopes.adjoints @ by.T for region, by in forces_by_constants(at, state, constants).items()}
-    causes = [*_of_rubbers(slopes, tolerances), *_of_fits(by_constants, constants), *_of_loads(at, slopes, tolerances)]
+    causes = [
+        *_of_rubbers(slopes, tolerances),
+        *_of_fits(by_constants, constants, names),
+        *_of_loads(at, slopes, tolerances),
+    ]
     for each in shapes:
         by_nodes = slopes.X if len(each.motion) == len(at.X) else on_surface
         causes.append(_cause(*each[:3], np.tensordot(by_nodes, each.motion, axes=2)))
@@ -103,19 +114,19 @@ def scatter_at(
         for region, of_region in by_constants.items()
         for name, by in zip(constants[region].names, of_region.T, strict=True)
     }
-    return Scatter(tuple(map(float, slopes.motion)), tuple(causes), per_percent)
+    return Scatter(tuple(map(float, slopes.motion)), tuple(causes), per_percent, names)
 
 
 @dataclass(frozen=True)
 class OneDeviation:
-    """A motion (mm, rad) where causes together change it most likely by one deviation, up and down; None: no state."""
+    """A quantity where causes together change it most likely by one deviation, up and down; None: no state."""
 
     up: float | None
     down: float | None
 
 
-def one_deviation(whole: Solved, task: str, scatter: Scatter, motion: int) -> OneDeviation | None:
-    """Solve the castings that are most likely to be off by one standard deviation of a motion, to see its curvature.
+def one_deviation(whole: Solved, task: str, scatter: Scatter, number: int) -> OneDeviation | None:
+    """Solve the castings that are most likely to be off by one standard deviation of a quantity, to see its curvature.
 
     Of all changes δ that move it by that much to first order, that with the smallest sum of (δ/σ)² has δ = σ² ∂m/∂δ
     over the deviation. None where forces do not scale with the rubber's: with contact, gas or liquid, or several
@@ -126,19 +137,19 @@ def one_deviation(whole: Solved, task: str, scatter: Scatter, motion: int) -> On
     whole : the whole body with its states.
     task : name of the task.
     scatter : its scatter.
-    motion : number of the motion among the six.
+    number : of the quantity.
     """
-    if not scales(whole.analysis.configurations[task]) or not scatter.deviations[motion]:
+    if not scales(whole.analysis.configurations[task]) or not scatter.deviations[number]:
         return None
-    return castings_along(whole, task, scatter, motion, scatter.direction(motion))
+    return castings_along(whole, task, scatter, number, scatter.direction(number))
 
 
-def castings_along(whole: Solved, task: str, scatter: Scatter, motion: int, direction: np.ndarray) -> OneDeviation:
-    """A motion of the castings off by a direction of the causes, and by its opposite.
+def castings_along(whole: Solved, task: str, scatter: Scatter, number: int, direction: np.ndarray) -> OneDeviation:
+    """A quantity of the castings off by a direction of the causes, and by its opposite.
 
     Parameters
     ----------
-    whole, task, scatter, motion : see `one_deviation`.
+    whole, task, scatter, number : see `one_deviation`.
     direction : (n,) changes of the causes over their tolerances.
     """
     causes = zip(scatter.causes, direction, strict=True)
@@ -148,11 +159,9 @@ def castings_along(whole: Solved, task: str, scatter: Scatter, motion: int, dire
         for name, by in cause.constants.items():
             constants[name] = constants.get(name, 0.0) + cause.tolerance * float(part) * by
     moved = moved_by(whole.disc.morph, whole.analysis.configurations[task].X, changes)
+    name = scatter.quantities[number]
     return OneDeviation(
-        *(
-            _solved(whole, task, way * moved, _times(way, changes), _times(way, constants), motion)
-            for way in (1.0, -1.0)
-        )
+        *(_solved(whole, task, way * moved, _times(way, changes), _times(way, constants), name) for way in (1.0, -1.0))
     )
 
 
@@ -160,8 +169,10 @@ def _times(way: float, changes: Mapping[str, float]) -> dict[str, float]:
     return {name: way * change for name, change in changes.items()}
 
 
-def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.ndarray | None] | None:
-    """The six motions of the tip (mm, rad) with all moduli times each of rising factors; None without a stable state.
+def with_moduli(
+    whole: Solved, task: str, factors: Sequence[float], quantities: Sequence[str] = MOTIONS
+) -> list[np.ndarray | None] | None:
+    """Quantities (k,) with all moduli times each of rising factors; None without a stable state.
 
     A body of a rubber s times as stiff moves as this one under loads divided by s. None in place of the list where
     forces do not scale with the rubber's, as for `one_deviation`.
@@ -171,19 +182,19 @@ def with_moduli(whole: Solved, task: str, factors: Sequence[float]) -> list[np.n
     whole : the whole body with its states.
     task : name of the task.
     factors : rising.
+    quantities : by default the six motions of the tip.
     """
     at, disc = whole.analysis.configurations[task], whole.disc
     if not scales(at):
         return None
-    path = [as_cast(at, None, {MODULUS: factor - 1.0}) for factor in reversed(factors)]
-    motions: list[np.ndarray | None] = []
-    for there, answer in zip(path, sweep(path, disc.tangents[task]), strict=True):
+    changes = [{MODULUS: factor - 1.0} for factor in reversed(factors)]
+    path, found = [as_cast(at, None, each) for each in changes], []
+    for there, change, answer in zip(path, changes, sweep(path, disc.tangents[task]), strict=True):
         if isinstance(answer, Equilibrium) and answer.stable:
-            moved = measure_features(at.model, there.X, answer.state)
-            motions.append(np.concatenate([moved.translation, moved.rotation]))
+            found.append(_values(there, answer.state, quantities, change))
         else:
-            motions.append(None)
-    return motions[::-1]
+            found.append(None)
+    return found[::-1]
 
 
 def _solved(
@@ -192,9 +203,9 @@ def _solved(
     moved: np.ndarray,
     changes: Mapping[str, float],
     constants: Mapping[str, float],
-    motion: int,
+    name: str,
 ) -> float | None:
-    """A motion where nodes have moved (N, 3), and causes and constants have changed; None without a state."""
+    """A quantity where nodes have moved (N, 3), and causes and constants have changed; None without a state."""
     at, state = whole.analysis.configurations[task], whole.analysis.equilibria[task].state
     tangent, there = whole.disc.tangents[task], as_cast(at, moved, changes)
     if constants:
@@ -204,8 +215,13 @@ def _solved(
     answer = solve(there, tangent, start, since=(at, state), most=MOST_FACTORISATIONS)
     if not isinstance(answer, Equilibrium) or not answer.stable:
         return None
-    features = measure_features(at.model, there.X, answer.state)
-    return float(np.concatenate([features.translation, features.rotation])[motion])
+    return float(_values(there, answer.state, [name], changes)[0])
+
+
+def _values(there: Configuration, state: State, quantities: Sequence[str], changes: Mapping[str, float]) -> np.ndarray:
+    """Quantities (k,) of a casting, which exerts more than the body that is solved by the factor of its moduli."""
+    factor = np.array([stiffer(changes) if name in PUSHES else 1.0 for name in quantities])
+    return factor * quantities_at(there, state, quantities)
 
 
 def _of_rubbers(slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:
@@ -216,18 +232,31 @@ def _of_rubbers(slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]
             yield _cause(history_of(name), "%", history, by)
 
 
-def _of_fits(by_constants: Mapping[str, np.ndarray], constants: Mapping[str, Constants]) -> Iterator[Cause]:
-    """The independent errors of the constants (6, c) of every fitted rubber, that which moves the tip most first."""
-    lever = np.repeat([1.0, LEVER], 3)[:, None]
+def _of_fits(
+    by_constants: Mapping[str, np.ndarray], constants: Mapping[str, Constants], names: Sequence[str]
+) -> Iterator[Cause]:
+    """The independent errors of every fitted rubber, by what its constants do to quantities (k, c)."""
     for region, by in by_constants.items():
         own = constants[region]
         if not len(own.errors):
             continue
-        _, sizes, ways = np.linalg.svd(lever * by @ own.errors.T, full_matrices=False)
+        effects = by @ own.errors.T
+        _, sizes, ways = np.linalg.svd(_weights(effects, names)[:, None] * effects, full_matrices=False)
         for number, way in enumerate(ways[sizes > NOTHING * sizes[0]] @ own.errors):
             changes = {name: float(part) for name, part in zip(own.names, way, strict=True) if part}
             cause = _cause(fit_of(region or RUBBER, number), "σ", 1.0, by @ way)
             yield replace(cause, constants=changes)
+
+
+def _weights(effects: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    """Weights (k,) of effects (k, r) on quantities: each kind of them by its largest, motions before all others."""
+    turns = np.array([LEVER if is_turn(name.removeprefix(PUSH)) else 1.0 for name in names])
+    weights = np.where([name in PUSHES for name in names], 1.0 / turns, turns)
+    motions, pushes = (np.array([name in kind for name in names]) for kind in (MOTIONS, PUSHES))
+    for kind, share in ((motions, 1.0), (pushes, LESS), (~motions & ~pushes, LESS)):
+        largest = np.max(np.linalg.norm(weights[kind, None] * effects[kind], axis=1), initial=0.0)
+        weights[kind] *= share / (largest or 1.0)
+    return weights
 
 
 def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -> Iterator[Cause]:
@@ -249,5 +278,5 @@ def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -
 
 
 def _cause(name: str, unit: str, tolerance: float, by: np.ndarray) -> Cause:
-    """A cause in its unit, from its standard deviation and derivatives (6,) in those of the code."""
+    """A cause in its unit, from its standard deviation and derivatives (k,) in those of the code."""
     return Cause(name, unit, tolerance / UNITS[unit], tuple(map(float, UNITS[unit] * by)))

@@ -1,10 +1,10 @@
-"""The deviation of a motion to second order, where its curvature along a few directions of the causes is known.
+"""The deviation of a quantity to second order, where its curvature along a few directions of the causes is known.
 
 With causes as independent normal variables ε of deviation 1, m = m₀ + gᵀε + ½ εᵀHε has the variance |g|² + ½ tr H².
 Along orthogonal unit directions d, two solutions at ±h d have h² ½ dᵀHd = h² b beyond m₀ in the mean, and 2b² of the
-variance is due to it. The directions are that of the motion's own gradient, and what is left of those of other motions
-of the tip: a finger that its core's shift bends to the side becomes shorter both ways, which no first derivative tells.
-What other directions and pairs of them add is left out, and motions are quadratic only nearby.
+variance is due to it. The directions are that of its own gradient and, of a motion, what is left of those of other
+motions of the tip: a finger that its core's shift bends to the side becomes shorter both ways, which no first
+derivative tells. What other directions and pairs of them add is left out, and motions are quadratic only nearby.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from pneumorph.analysis.accuracy import LEVER
 from pneumorph.analysis.near import Solved
 from pneumorph.analysis.scatter import OneDeviation, castings_along
+from pneumorph.problem.components import MOTIONS
 from pneumorph.results import Scatter
 
 FURTHER, LARGE = 2, 0.5
@@ -24,52 +25,55 @@ NEAR = 0.5
 """h in the further directions, where a body of which a deviation bends it by 30° is found with few factorisations."""
 
 
-def second_order(whole: Solved, task: str, scatter: Scatter, motion: int, own: OneDeviation) -> float | None:
-    """The standard deviation of a motion to second order, mm or rad; None where a casting has no stable state.
+def second_order(whole: Solved, task: str, scatter: Scatter, number: int, own: OneDeviation) -> float | None:
+    """The standard deviation of a quantity to second order; None where a casting has no stable state.
 
     Parameters
     ----------
     whole : the whole body with its states.
     task : name of the task.
     scatter : its scatter.
-    motion : number of the motion among the six.
-    own : the castings along the motion's own gradient.
+    number : of the quantity.
+    own : the castings along its own gradient.
     """
-    curved = curvatures(whole, task, scatter, motion, own)
+    curved = curvatures(whole, task, scatter, number, own)
     if curved is None:
         return None
-    return float(np.sqrt(scatter.deviations[motion] ** 2 + sum(2.0 * b**2 for _, b in curved)))
+    return float(np.sqrt(scatter.deviations[number] ** 2 + sum(2.0 * b**2 for _, b in curved)))
 
 
 def curvatures(
-    whole: Solved, task: str, scatter: Scatter, motion: int, own: OneDeviation
+    whole: Solved, task: str, scatter: Scatter, number: int, own: OneDeviation
 ) -> list[tuple[np.ndarray, float]] | None:
-    """Orthogonal unit directions d (n,) of the causes over their tolerances, each with b of a motion along it.
+    """Orthogonal unit directions d (n,) of the causes over their tolerances, each with b of a quantity along it.
 
     Parameters
     ----------
-    whole, task, scatter, motion, own : see `second_order`.
+    whole, task, scatter, number, own : see `second_order`.
     """
-    directions = [scatter.direction(motion), *further_directions(scatter, motion)]
+    directions = [scatter.direction(number), *further_directions(scatter, number)]
     sizes = [1.0, *[NEAR] * (len(directions) - 1)]
-    pairs = [own, *(castings_along(whole, task, scatter, motion, NEAR * each) for each in directions[1:])]
+    pairs = [own, *(castings_along(whole, task, scatter, number, NEAR * each) for each in directions[1:])]
     found = []
     for direction, size, each in zip(directions, sizes, pairs, strict=True):
         if each.up is None or each.down is None:
             return None
-        found.append((direction, ((each.up + each.down) / 2.0 - scatter.motion[motion]) / size**2))
+        found.append((direction, ((each.up + each.down) / 2.0 - scatter.values[number]) / size**2))
     return found
 
 
-def further_directions(scatter: Scatter, motion: int) -> list[np.ndarray]:
+def further_directions(scatter: Scatter, number: int) -> list[np.ndarray]:
     """Unit directions (n,) in which other motions scatter most, orthogonal to that of one motion and to each other.
 
-    Their components are changes of the causes over their tolerances.
+    Their components are changes of the causes over their tolerances. None for forces and volumes, with which motions
+    cannot be compared.
     """
+    if number >= len(MOTIONS):
+        return []
     lever = np.repeat([1.0, LEVER], 3)
-    gradients = lever * np.array([cause.tolerance * np.array(cause.by) for cause in scatter.causes]).reshape(-1, 6)
-    least, found = LARGE * np.linalg.norm(gradients[:, motion]), list[np.ndarray]()
-    direction = scatter.direction(motion)
+    gradients = lever * np.array([cause.tolerance * np.array(cause.by[:6]) for cause in scatter.causes]).reshape(-1, 6)
+    least, found = LARGE * np.linalg.norm(gradients[:, number]), list[np.ndarray]()
+    direction = scatter.direction(number)
     for _ in range(FURTHER):
         gradients = gradients - np.outer(direction, direction @ gradients)
         sizes = np.linalg.norm(gradients, axis=0)

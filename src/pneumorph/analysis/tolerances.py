@@ -173,12 +173,17 @@ def scales(at: Configuration) -> bool:
     return not (model.contact is not None or at.enclosed or len(model.rubbers) > 1)
 
 
+def stiffer(changes: Mapping[str, float]) -> float:
+    """The factor of all moduli of a casting in which causes have changed."""
+    return 1.0 + changes.get(MODULUS, 0.0) + changes.get(HISTORY, 0.0)
+
+
 def as_cast(at: Configuration, motion: np.ndarray | None, changes: Mapping[str, float]) -> Configuration:
     """A casting in which nodes have moved and causes have changed.
 
     Rubber that is stiffer by a factor moves as the rubber itself does under all loads over that factor, with sheets and
-    fibres whose stiffness is divided by it too. Several rubbers are stiffer by the same factor, and contact is too,
-    which hardly matters; with sealed gas or filled liquid it is not so.
+    fibres whose stiffness is divided by it too; it exerts that factor times the forces. Several rubbers are stiffer by
+    the same factor, and contact is too, which hardly matters; with sealed gas or filled liquid it is not so.
 
     Parameters
     ----------
@@ -186,7 +191,7 @@ def as_cast(at: Configuration, motion: np.ndarray | None, changes: Mapping[str, 
     motion : (N, 3) mm, of all causes that move nodes; None if none has changed.
     changes : of all other causes by their names, in the units of the code; missing ones are 0.
     """
-    loads, softer = at.loads, 1.0 / (1.0 + changes.get(MODULUS, 0.0) + changes.get(HISTORY, 0.0))
+    loads, softer = at.loads, 1.0 / stiffer(changes)
     more = np.array([changes.get(pressure_of(chamber), 0.0) for chamber in at.model.chambers])
     scaled = {
         part: softer * (1.0 + changes.get(name, 0.0)) * np.asarray(getattr(loads, part)) for part, name in LOADS.items()

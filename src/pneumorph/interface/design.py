@@ -628,7 +628,7 @@ class Design:
         return mesh_errors(problem, near.disc, near.analysis)
 
     def tolerance(self, task: str | None = None, **tolerances: Any) -> ToleranceReport:
-        """How far the motions of the tip scatter when the design is made, and what each tolerance contributes.
+        """How far motions, forces of a held tip and volumes scatter in castings, and what each tolerance contributes.
 
         To first order, from exact derivatives on a mesh of the whole body, since faults are not symmetric.
 

@@ -1,4 +1,4 @@
-"""How far a design's motions scatter when it is made, and which tolerance is to blame."""
+"""How far a design's motions, forces and volumes scatter when it is made, and which tolerance is to blame."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pneumorph.doing import doing
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.interface.drawing import saved
-from pneumorph.mechanics import part_of
+from pneumorph.mechanics import Configuration, part_of
 from pneumorph.mesh import TetMesh
 from pneumorph.output.thickening import thickening_figure
 from pneumorph.problem import Problem, Task
@@ -27,6 +27,7 @@ from pneumorph.problem.components import MOTIONS
 from pneumorph.problem.deviations import read_deviations
 from pneumorph.problem.materials import materials
 from pneumorph.problem.objectives.words import motion_word
+from pneumorph.problem.quantities import VOLUME_OF, Shown, shown
 from pneumorph.problem.sources import doubt, range_of
 from pneumorph.results import Fields, Scatter, TaskResult, to_json
 
@@ -39,32 +40,34 @@ NOT_LINEAR = 0.25
 MORE = 0.1
 """Difference of the deviation to second order from that to first, relative to the latter, above which it is told."""
 
-SMALL = {"mm": 0.01, "°": 0.02}
-"""Motions with a smaller value and a smaller deviation are not told where several are."""
+SMALL = {"mm": 0.01, "°": 0.02, "N": 1e-3, "N·mm": 0.02}
+"""Motions and forces with a smaller value and a smaller deviation are not told where several are."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ToleranceReport:
-    """Scatter of the tip's motion in every task.
+    """Scatter of motions of the tip, of forces with which it pushes where it is held, and of volumes, in every task.
 
     Attributes
     ----------
     problem : Problem
     tasks : {task: Scatter}
-    solved : {task: {motion: OneDeviation}}
-        Of the motions that tasks are about, where castings perturbed by one deviation could be solved.
-    second : {task: {motion: float}}
-        Deviations of these motions to second order, mm or rad, where all castings for them had stable states.
+    solved : {task: {quantity: OneDeviation}}
+        Of the motions and forces that tasks are about, where castings perturbed by one deviation could be solved.
+    second : {task: {quantity: float}}
+        Deviations of these to second order, where all castings for them had stable states.
     ballooning : {task: Ballooning}
         Of the tasks in which some castings may balloon.
     mesh : TetMesh
         Of the whole body at rest.
     thickening : {task: {motion: (N,)}}
         Change of these motions in mm or rad per mm³ of rubber that is added at the nodes of surfaces.
-    ends : {task: {MPa: (6,) mm and rad, or None}}
-        The motions with the moduli of a rubber of the library scaled to the least and the largest shear modulus that
-        sources give, or None where there is no stable state; empty where the rubber's tolerance was given, or forces do
-        not scale with the rubber's.
+    inflated : {task: chambers}
+        Which have pressure.
+    ends : {task: {MPa: (k,), or None}}
+        All that scatters, with the moduli of a rubber of the library scaled to the least and the largest shear modulus
+        that sources give, or None where there is no stable state; empty where the rubber's tolerance was given, or
+        forces do not scale with the rubber's.
     doubts : sequence of str
         Sentences on rubbers whose moduli are not well known; none where the rubber's tolerance was given.
 
@@ -84,6 +87,7 @@ class ToleranceReport:
     ballooning: Mapping[str, Ballooning]
     mesh: TetMesh
     thickening: Mapping[str, Mapping[str, np.ndarray]]
+    inflated: Mapping[str, Sequence[str]]
     ends: Mapping[str, Mapping[float, np.ndarray | None]] = field(default_factory=dict)
     doubts: Sequence[str] = ()
 
@@ -118,9 +122,11 @@ class ToleranceReport:
         return Path(path)
 
     def to_json(self) -> dict[str, Any]:
-        """All figures: motions in mm and rad; of each cause its tolerance in its unit, and mm and rad per unit."""
+        """All figures, in mm and rad, N and N·mm, mm³; of each cause its tolerance in its unit, and these per unit."""
         return {
             name: {
+                "quantities": list(scatter.quantities),
+                "values": list(scatter.values),
                 "motion": list(scatter.motion),
                 "deviation": scatter.deviations.tolist(),
                 "causes": [to_json(cause) for cause in scatter.causes],
@@ -129,8 +135,8 @@ class ToleranceReport:
                 "second_order": dict(self.second[name]),
                 "ballooning": _as_json(self.ballooning.get(name)),
                 "sources": [
-                    {"shear_modulus_MPa": modulus, "motion": None if motion is None else motion.tolist()}
-                    for modulus, motion in self.ends.get(name, {}).items()
+                    {"shear_modulus_MPa": modulus} | _of_source(values)
+                    for modulus, values in self.ends.get(name, {}).items()
                 ],
             }
             for name, scatter in self.tasks.items()
@@ -143,6 +149,7 @@ class ToleranceReport:
                 _lines(
                     task,
                     self.tasks[task.name],
+                    self.inflated[task.name],
                     self.solved[task.name],
                     self.second[task.name],
                     self.ballooning.get(task.name),
@@ -195,27 +202,37 @@ def tolerance_report(
         solved[task.name], second[task.name] = {}, {}
         if (limit := ballooning.get(task.name)) is not None and limit.within_one:
             continue  # castings off by one deviation balloon, which takes longest to find out
-        for motion in task.objective.tip_motions:
-            of = (whole, task.name, scatters[task.name], MOTIONS.index(motion))
+        scatter = scatters[task.name]
+        for name in task.objective.quantities:
+            of = (whole, task.name, scatter, scatter.quantities.index(name))
             if (found := one_deviation(*of)) is not None:
-                solved[task.name][motion] = found
+                solved[task.name][name] = found
                 if (deviation := second_order(*of, found)) is not None:
-                    second[task.name][motion] = deviation
+                    second[task.name][name] = deviation
     mesh = whole.disc.morph.mesh.at(whole.analysis.X)
-    ends = {} if "rubber" in given else {task.name: _at_ends(whole, task.name) for task in problem.task}
-    doubts = [] if "rubber" in given else list(filter(None, map(doubt, materials(problem).values())))
-    return ToleranceReport(problem, scatters, solved, second, ballooning, mesh, by_nodes, ends, doubts)
+    ends, doubts = {}, []
+    if "rubber" not in given:
+        ends = {name: _at_ends(whole, name, scatter.quantities) for name, scatter in scatters.items()}
+        doubts = list(filter(None, map(doubt, materials(problem).values())))
+    inflated = {name: inflated_in(at) for name, at in whole.analysis.configurations.items()}
+    return ToleranceReport(problem, scatters, solved, second, ballooning, mesh, by_nodes, inflated, ends, doubts)
 
 
-def _at_ends(whole: Solved, task: str) -> dict[float, np.ndarray | None]:
-    """The motions with the least and the largest shear modulus of all sources, by them."""
+def inflated_in(at: Configuration) -> list[str]:
+    """The chambers that have pressure."""
+    pressures = zip(at.model.chambers, np.asarray(at.loads.pressure), strict=True)
+    return [chamber for chamber, pressure in pressures if pressure]
+
+
+def _at_ends(whole: Solved, task: str, quantities: Sequence[str]) -> dict[float, np.ndarray | None]:
+    """Quantities with the least and the largest shear modulus of all sources, by them."""
     material = whole.problem.material
     ends = range_of(material)
     if ends is None:
         return {}
     with doing(f"task {task}: with the moduli of other sources"):
-        motions = with_moduli(whole, task, [end / material.initial_shear_modulus for end in ends])
-    return {} if motions is None else dict(zip(ends, motions, strict=True))
+        found = with_moduli(whole, task, [end / material.initial_shear_modulus for end in ends], quantities)
+    return {} if found is None else dict(zip(ends, found, strict=True))
 
 
 def read_tolerances(given: Mapping[str, Any]) -> Tolerances:
@@ -232,47 +249,65 @@ def read_tolerances(given: Mapping[str, Any]) -> Tolerances:
 def _lines(
     task: Task,
     scatter: Scatter,
+    inflated: Sequence[str],
     solved: Mapping[str, OneDeviation],
     second: Mapping[str, float],
     ballooning: Ballooning | None,
     ends: Mapping[float, np.ndarray | None],
 ) -> Iterator[str]:
-    """A table for each motion that the task is about, or for all that are large enough."""
-    asked = task.objective.tip_motions
-    deviations = scatter.deviations
-    for number, name in enumerate(MOTIONS):
-        sign = asked.get(name, 1.0)
-        unit, after = ("mm", " mm") if number < 3 else ("°", "°")
-        size = sign * (1.0 if number < 3 else float(np.degrees(1.0)))
-        value, deviation = size * scatter.motion[number], abs(size) * deviations[number]
-        if asked and name not in asked:
-            continue
-        if not asked and max(abs(value), deviation) < SMALL[unit]:
-            continue
-        yield f"{task.name}: {motion_word(name, sign)} {value:.2f} ± {deviation:.2g}{after} (one standard deviation)"
-        yield from _table(scatter, number, size, unit)
-        yield from _of_constants(scatter, number, size, after)
+    """A table for each motion or force that the task is about, or for all that are large enough, and for volumes."""
+    for number, name, told in _told(task, scatter, inflated):
+        value, deviation = scatter.values[number], scatter.deviations[number]
+        after, spread = told.after, f"{abs(told.size) * deviation:.2g}"
+        yield f"{task.name}: {told.word} {told.number(value)} ± {spread}{after} (one standard deviation)"
+        yield from _table(scatter, number, told)
+        yield from _of_constants(scatter, number, told)
         if name in solved:
-            yield _further(solved[name], value, deviation, size, after)
+            yield _further(solved[name], value, deviation, told)
         elif ballooning is not None and ballooning.within_one:
             yield "  by first derivatives alone: castings off by one deviation balloon, so it tells little"
-        if name in second and (further := abs(size) * second[name]) > (1.0 + MORE) * deviation:
-            yield f"  second order matters: with it the deviation is about {further:.2g}{after}"
+        if name in second and second[name] > (1.0 + MORE) * deviation:
+            yield f"  second order matters: with it the deviation is about {abs(told.size) * second[name]:.2g}{after}"
         if ends:
-            told = (
-                f"{1e3 * modulus:.3g} kPa: {'no stable state' if at is None else f'{size * at[number]:.2f}{after}'}"
+            solved_at = (
+                f"{1e3 * modulus:.3g} kPa: {'no stable state' if at is None else told.number(at[number]) + after}"
                 for modulus, at in ends.items()
             )
-            yield f"  solved with the shear moduli of sources: {', '.join(told)}"
+            yield f"  solved with the shear moduli of sources: {', '.join(solved_at)}"
     if ballooning is not None:
         yield _balloons(task.name, ballooning)
 
 
-def _of_constants(scatter: Scatter, number: int, size: float, after: str) -> Iterator[str]:
-    """What a motion changes by per cent of every constant of the rubbers."""
-    told = (f"{name} {size * by[number]:+.2g}{after}" for name, by in scatter.constants.items() if by[number])
-    if line := ", ".join(told):
+def _of_constants(scatter: Scatter, number: int, told: Shown) -> Iterator[str]:
+    """What a quantity changes by per cent of every constant of the rubbers."""
+    parts = (
+        f"{name} {told.size * by[number]:+.2g}{told.after}" for name, by in scatter.constants.items() if by[number]
+    )
+    if line := ", ".join(parts):
         yield f"  per % of a constant: {line}"
+
+
+def _told(task: Task, scatter: Scatter, inflated: Sequence[str]) -> Iterator[tuple[int, str, Shown]]:
+    """What a table is made of: the number and name of a quantity, and how it is read."""
+    asked = task.objective.quantities
+    for number, name in enumerate(scatter.quantities):
+        told = shown(name, asked.get(name, 1.0))
+        if name.startswith(VOLUME_OF):
+            wanted = name.removeprefix(VOLUME_OF) in inflated
+        elif asked:
+            wanted = name in asked
+        else:
+            size = abs(told.size) * max(abs(scatter.values[number]), scatter.deviations[number])
+            wanted = size >= SMALL[told.unit]
+        if wanted:
+            yield number, name, told
+
+
+def _of_source(values: np.ndarray | None) -> dict[str, Any]:
+    """What is found with the modulus of a source."""
+    if values is None:
+        return {"motion": None, "values": None}
+    return {"motion": values[: len(MOTIONS)].tolist(), "values": values.tolist()}
 
 
 def _as_json(ballooning: Ballooning | None) -> dict[str, Any] | None:
@@ -292,19 +327,20 @@ def _balloons(task: str, ballooning: Ballooning) -> str:
     )
 
 
-def _further(solved: OneDeviation, value: float, deviation: float, size: float, after: str) -> str:
+def _further(solved: OneDeviation, value: float, deviation: float, told: Shown) -> str:
     """What solutions for castings perturbed by one deviation say of the first-order figures."""
-    ends = [None if each is None else size * each for each in (solved.down, solved.up)]
-    told = " and ".join("no stable state" if each is None else f"{each:.2f}{after}" for each in ends)
-    line = f"  solved for castings off by one deviation: {told}"
+    ends = (solved.down, solved.up)
+    both = " and ".join("no stable state" if each is None else f"{told.number(each)}{told.after}" for each in ends)
+    line = f"  solved for castings off by one deviation: {both}"
     if None in ends:
         return f"{line}; such castings may balloon or buckle"
     far = max(abs(abs(each - value) - deviation) for each in ends if each is not None)
-    return f"{line}; the motion is far from linear" if far > NOT_LINEAR * deviation else line
+    return f"{line}; this is far from linear" if far > NOT_LINEAR * deviation else line
 
 
-def _table(scatter: Scatter, number: int, size: float, unit: str) -> Iterator[str]:
-    """The causes by their part in the variance of a motion."""
+def _table(scatter: Scatter, number: int, told: Shown) -> Iterator[str]:
+    """The causes by their part in the variance of a quantity."""
+    size, unit = told.size, told.unit
     shares = scatter.variances[:, number] / max(float(scatter.variances[:, number].sum()), 1e-300)
     yield f"  {'cause':<26} {'tolerance':>10} {unit + ' per unit':>14} {'± ' + unit:>9} {'share':>7}"
     left = [k for k in np.argsort(-shares, kind="stable") if shares[k] < LEAST]
@@ -313,9 +349,9 @@ def _table(scatter: Scatter, number: int, size: float, unit: str) -> Iterator[st
             continue
         cause = scatter.causes[k]
         by = size * cause.by[number]
-        told = f"{cause.tolerance:.3g} {cause.unit}"
+        tolerance = f"{cause.tolerance:.3g} {cause.unit}"
         yield (
-            f"  {cause.name:<26} {told:>10} {f'{by:+.3g} /{cause.unit}':>14} {abs(by) * cause.tolerance:>9.2g} "
+            f"  {cause.name:<26} {tolerance:>10} {f'{by:+.3g} /{cause.unit}':>14} {abs(by) * cause.tolerance:>9.2g} "
             f"{100 * shares[k]:>5.0f} %"
         )
     if left:

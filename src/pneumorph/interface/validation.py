@@ -11,7 +11,7 @@ from pneumorph import atomic
 from pneumorph.analysis.tolerances import of_sources
 from pneumorph.errors import ProblemError, writing
 from pneumorph.geometry import Body
-from pneumorph.interface.calibration import curve_in
+from pneumorph.interface.calibration import as_measured, curve_in
 from pneumorph.interface.tolerance import read_tolerances
 from pneumorph.output.compared import compared_figure, csv_lines, grouped, markdown, points, row
 from pneumorph.output.figures import save
@@ -140,4 +140,5 @@ def validated(
     """
     tolerances = of_sources(read_tolerances(given), problem, rubbers="rubber" not in given)
     measured, curve = curve_in(path, problem, pressures)
-    return Validation((compared(problem, body, task, curve, list(measured.pressures), tolerances),))
+    held = as_measured(problem, task, measured.quantity)
+    return Validation((compared(problem, body, held, curve, list(measured.pressures), tolerances),))

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pneumorph.problem.components import MOTIONS
+
 Vector = tuple[float, float, float]
 Pressures = Mapping[str, float]
 
@@ -219,7 +221,7 @@ class ChamberUse:
 
 @dataclass(frozen=True)
 class Cause:
-    """Something that a workshop cannot repeat exactly, and what it does to the tip.
+    """Something that a workshop cannot repeat exactly, and what it does.
 
     Attributes
     ----------
@@ -227,8 +229,8 @@ class Cause:
     unit : "mm", "°", "kPa" or "%"
     tolerance : float
         Its standard deviation, in the unit.
-    by : (6,)
-        How far the tip moves per unit: along x, y, z in mm, and its rotation vector in rad.
+    by : (k,)
+        What the quantities of a `Scatter` change by per unit.
     constants : {name: float}
         Relative changes per unit of the constants of a rubber, of causes that are errors of their fit.
     """
@@ -242,34 +244,43 @@ class Cause:
 
 @dataclass(frozen=True)
 class Scatter:
-    """How far the motion of the tip scatters in a task, to first order, if all causes vary independently.
+    """How far what a body does scatters in a task, to first order, if all causes vary independently.
 
     Attributes
     ----------
-    motion : (6,) mm, rad
+    values : (k,) mm and rad, N and N·mm, mm³
         Of the body as designed, on the mesh of the whole body.
     causes : sequence of Cause
-    constants : {name: (6,)}
-        How far the tip moves per % of each constant of its rubbers, mm and rad.
+    constants : {name: (k,)}
+        What the values change by per % of each constant of the rubbers.
+    quantities : (k,) str
+        What the values are, see `problem/quantities.py`: the six motions of the tip first.
     """
 
-    motion: tuple[float, ...]
+    values: tuple[float, ...]
     causes: tuple[Cause, ...]
     constants: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    quantities: tuple[str, ...] = MOTIONS
+
+    @property
+    def motion(self) -> tuple[float, ...]:
+        """Translation (mm) and rotation vector (rad) of the tip (6,)."""
+        return self.values[: len(MOTIONS)]
 
     @property
     def variances(self) -> np.ndarray:
-        """The part (n, 6) of every cause in the variance of every motion, mm² and rad²."""
-        return np.array([np.square(cause.tolerance * np.array(cause.by)) for cause in self.causes]).reshape(-1, 6)
+        """The part (n, k) of every cause in the variance of every quantity."""
+        parts = [np.square(cause.tolerance * np.array(cause.by)) for cause in self.causes]
+        return np.array(parts).reshape(-1, len(self.values))
 
     @property
     def deviations(self) -> np.ndarray:
-        """Standard deviations (6,) of the motions, mm and rad."""
+        """Standard deviations (k,) of the quantities."""
         return np.sqrt(self.variances.sum(axis=0))
 
-    def direction(self, motion: int) -> np.ndarray:
-        """The changes (n,) of the causes over their tolerances that change one motion most, as a unit vector."""
-        return np.array([cause.tolerance * cause.by[motion] for cause in self.causes]) / self.deviations[motion]
+    def direction(self, number: int) -> np.ndarray:
+        """The changes (n,) of the causes over their tolerances that change one quantity most, as a unit vector."""
+        return np.array([cause.tolerance * cause.by[number] for cause in self.causes]) / self.deviations[number]
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,10 @@ from pneumorph.analysis.constants import fitted_in
 from pneumorph.analysis.scatter import scatter_at
 from pneumorph.analysis.tolerances import Tolerances, shape_causes
 from pneumorph.doing import doing
-from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import Tangent
 from pneumorph.problem import Problem, Task
-from pneumorph.problem.components import MOTIONS
-from pneumorph.problem.objectives.words import motion_word
+from pneumorph.problem.quantities import shown
 from pneumorph.validation.comparison import Comparison
 
 
@@ -30,7 +28,7 @@ def compared(
     Parameters
     ----------
     problem, body : one of its designs.
-    task : whose loads act.
+    task : whose loads act; of a force of the tip, one that holds the motion.
     curve : measured.
     swept : chambers whose pressure was measured; the first one is on the axis.
     tolerances : what varies.
@@ -38,17 +36,12 @@ def compared(
     Raises
     ------
     ProblemError
-        If there is friction, a chamber is sealed or filled to a volume, or the curve is not of a motion.
+        If there is friction, or a chamber is sealed or filled to a volume.
     ComputationError
         If a state is not found.
     """
     pressures, of = np.unique(np.round(curve.pressures, 9), axis=0, return_inverse=True)
     groups = [curve.values[of.ravel() == number] for number in range(len(pressures))]
-    if curve.quantity not in MOTIONS:
-        raise ProblemError(
-            "measured: only motions are compared with a prediction; calibrate takes forces and volumes too"
-        )
-    number = MOTIONS.index(curve.quantity)
     with doing("predicting the curve"):
         morph, points = along(problem, body, task, pressures, whole=True)
         tangent = Tangent(points[0].model)
@@ -57,15 +50,15 @@ def compared(
         predicted, error = [], []
         for at, state in zip(points, states, strict=True):
             tangent.move_to(at, state)
-            scatter = scatter_at(at, tangent, state, morph, shapes, tolerances, fitted)
-            predicted.append(scatter.motion[number])
-            error.append(scatter.deviations[number])
-    unit, size = ("mm", 1.0) if number < 3 else ("°", float(np.degrees(1.0)))
+            scatter = scatter_at(at, tangent, state, morph, shapes, tolerances, fitted, (curve.quantity,))
+            predicted.append(scatter.values[0])
+            error.append(scatter.deviations[0])
+    size, unit, word = shown(curve.quantity)
     first = [each.name for each in problem.body.chamber].index(swept[0])
     return Comparison(
         body=problem.title or "body",
         rubber=problem.material.name,
-        quantity=motion_word(curve.quantity, 1.0),
+        quantity=word,
         unit=unit,
         case="",
         along=f"pressure of {' and '.join(swept)}, kPa",

@@ -23,7 +23,7 @@ def accuracy(
     accuracy(source, design, trust)
 
 
-@doing("finding how the motion scatters")
+@doing("finding how motions, forces and volumes scatter")
 def tolerance(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
     rubber: Annotated[
@@ -56,7 +56,7 @@ def tolerance(
     design: DesignNumber = None,
     trust: Trusted = False,
 ) -> None:
-    """How far the motion of a design scatters when it is made: a table of what each tolerance contributes."""
+    """How far motions, forces and volumes of a design scatter when it is made: what each tolerance contributes."""
     from pneumorph.cli.tolerance import tolerance
 
     given = {"rubber": rubber, "pressure": pressure, "wall": wall, "shift": shift, "tilt": tilt, "scale": scale}

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import ClassVar, Literal
 
-from pneumorph.problem.components import is_turn
+from pneumorph.problem.components import PUSH, is_turn
 from pneumorph.problem.objectives.of_motion import OfMotion
 from pneumorph.problem.objectives.table import Fault, Known
 from pneumorph.problem.objectives.words import Amount, Result, motion_word
@@ -24,6 +24,11 @@ class Blocked(OfMotion):
     def beyond_motion(self) -> bool:
         """True."""
         return True
+
+    @property
+    def quantities(self) -> dict[str, float]:
+        """See `ObjectiveTable.quantities`."""
+        return {PUSH + self.component: self.sign}
 
     def inconsistencies(self, known: Known) -> Iterator[Fault]:
         """See `ObjectiveTable.inconsistencies`."""

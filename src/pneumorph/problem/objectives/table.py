@@ -61,6 +61,11 @@ class ObjectiveTable(Table):
         """Which of `MOTIONS` it is about, with the sign in which each is reported; none if it is about others too."""
         return {}
 
+    @property
+    def quantities(self) -> dict[str, float]:
+        """Which motions of the tip, and forces where it is held, it is about, with their signs; see `tip_motions`."""
+        return self.tip_motions
+
     def motions_of(self, kind: str) -> dict[str, float]:
         """Those of `tip_motions` that are of a kind, "length" or "angle"."""
         chosen = MOTIONS[:3] if kind == "length" else MOTIONS[3:]
