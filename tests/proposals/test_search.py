@@ -7,12 +7,18 @@ import pytest
 from searches import FEW, TARGET, Runner
 
 from pneumorph.optimize.settings import LoopSettings
-from pneumorph.proposals import Plan, propose
+from pneumorph.proposals import Plan, propose, search
 from pneumorph.proposals.candidates import draw_candidates
 from pneumorph.proposals.results import reaches, sheet_rows, write_table
 from pneumorph.proposals.stage import cut_short
 from pneumorph.run import open_run
 from pneumorph.study.members import MemberEnd, run_member
+
+
+@pytest.fixture(autouse=True)
+def hardly_finer(monkeypatch):
+    """Meshes of proposals are a little finer than those of candidates."""
+    monkeypatch.setattr(search, "FINER", 0.9)
 
 
 @pytest.mark.slow
@@ -70,7 +76,7 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
 
             yield run_member(name, each.problem, str(tmp_path / name), later, False, None, settings)
 
-    found = propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=30.0, stages=(5,), designs=5), slow, 1)
+    found = propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=30.0, stages=(2,), designs=2), slow, 1)
     # Time was up after the first design of the first, before the second had begun, with none left for the finer mesh.
     run = open_run(tmp_path / names[0])
     assert cut_short(run) and run.history()[-1].iteration == 1
@@ -79,7 +85,7 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
     monkeypatch.undo()
     again = Runner(tmp_path)
     # The same plan, with more time: what was cut short goes on.
-    propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=60.0, stages=(5,), designs=1), again, 1)
+    propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=60.0, stages=(2,), designs=1), again, 1)
     assert set(names) < set(again.names)
     assert all(open_run(tmp_path / name).history()[-1].iteration > 1 for name in names)
     assert not any(cut_short(open_run(tmp_path / name)) for name in names)

@@ -31,18 +31,23 @@ def unbeaten_first(search: Search, going: list[Candidate]) -> list[Candidate]:
     return first + [each for each in going if each not in first]
 
 
+def measured(target: Target, proposals: Sequence[Proposal]) -> list[Proposal]:
+    """Proposals, those that do their tasks with their amounts: a blocked force costs as much as some designs."""
+    return [replace(each, amounts=_amounts(each, target.minimize)) if _does(each) else each for each in proposals]
+
+
 def designed_on(search: Search, proposals: Sequence[Proposal], part: int) -> list[Proposal]:
     """For each wish the proposal that has the least of it, designed on for less of it with its motions held.
 
     Parameters
     ----------
-    search, proposals : what is asked, and what was designed to the end.
+    search, proposals : what is asked, and what was designed to the end, with amounts.
     part : of the time, see `Clock`.
     """
     able = [each for each in proposals if each.final and _does(each)]
     begun: dict[str, tuple[Proposal, Member]] = {}
     for wish in search.target.minimize if able else ():
-        best = able[int(np.argmin([minimised(wish, _amounts(each, (wish,))[wish]) for each in able]))]
+        best = able[int(np.argmin([minimised(wish, each.amounts[wish]) for each in able]))]
         assert best.run is not None and best.entry is not None, "it does its tasks"
         word, reason = wish.removeprefix("-"), "a task asks for something else than motions, or hardly moves its tip"
         try:
@@ -74,7 +79,7 @@ def judged(target: Target, proposals: Sequence[Proposal]) -> list[Proposal]:
     compared = [each for each in standing if _does(each)] or standing
     if not compared:
         return list(proposals)
-    found = [_amounts(each, target.minimize) for each in compared]
+    found = [each.amounts or _amounts(each, target.minimize) for each in compared]
     unbeaten, wins = best_of(target.minimize, found)
     values = np.array([[minimised(wish, each[wish]) for wish in target.minimize] for each in found])
     places = (values[None] < values[:, None]).sum(axis=1).mean(axis=1)

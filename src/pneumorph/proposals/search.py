@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pneumorph.errors import ProblemError
-from pneumorph.proposals.by_wishes import designed_on, judged, unbeaten_first
+from pneumorph.proposals.by_wishes import designed_on, judged, measured, unbeaten_first
 from pneumorph.proposals.candidates import Candidate, draw_candidates, why_none
 from pneumorph.proposals.estimates import impossible
 from pneumorph.proposals.further import with_further_chamber
@@ -87,6 +87,7 @@ def propose(
     proposals = [_proposal(search, each, ended) for each in going]
     proposals.sort(key=lambda each: (not each.final, each.entry.objective if each.entry else math.inf))
     if target.minimize:
+        proposals = measured(target, proposals)
         proposals = judged(target, [*proposals, *designed_on(search, proposals, len(plan.stages) + 2)])
     rest = sorted((each for each in drawn if each.name in lost), key=lambda each: -lost[each.name][1])
     return proposals + [_loser(search, each, lost[each.name][0]) for each in rest]
