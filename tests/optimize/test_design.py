@@ -9,7 +9,7 @@ import jax
 import numpy as np
 import pytest
 from certifying import certified
-from designing import accepted
+from designing import BRIEFLY, accepted
 from texts import EXTEND, problem_text
 from tiny import tiny
 
@@ -35,14 +35,14 @@ BODY = 'control_density = "0.6 /mm"\nripple = { amplitude = "0.4 mm", period = "
 FILE = problem_text(EXTEND + REST, 40, chambers=(("A", 5, "0 mm", "0 mm"),), body=BODY)
 
 
-def run(iterations, method="sqp", state=None):
+def run(iterations, method="sqp", state=None, settings=BRIEFLY):
     problem = loads(FILE.replace("ITERATIONS", str(iterations)).replace("METHOD", method))
-    return problem, list(design(problem, state))
+    return problem, list(design(problem, state, settings))
 
 
 @pytest.fixture(scope="module")
 def three():
-    return run(3)
+    return run(3, settings=None)
 
 
 def extension(event):
@@ -132,7 +132,7 @@ def test_a_mesh_that_serves_is_not_replaced_by_a_much_finer_one(three, monkeypat
     run(2, state=accepted(events)[1].state)
     coarse, tried[:] = min(tried), []
     assert coarse >= 0.8 * problem.mesh.size
-    unsound = LoopSettings(trial=TrialSettings(sound=1.0))
+    unsound = LoopSettings(trial=TrialSettings(sound=1.0), looked_at=False)
     list(design(problem.with_changes({"optimizer.iterations": 2}), accepted(events)[1].state, unsound))
     assert min(tried) == 0.5 * problem.mesh.size
 
@@ -171,7 +171,7 @@ def test_a_first_step_that_is_too_long_for_tight_limits_costs_nothing():
         problem = load("examples/small.toml").with_changes(
             {**changes, "optimizer.step": step, "optimizer.iterations": 5}
         )
-        designs = accepted(design(problem))
+        designs = accepted(design(problem, settings=BRIEFLY))
         return extension(designs[-1]) - extension(designs[0])
 
     assert gained("1 mm") > 0.9 * gained("0.4 mm")
@@ -180,7 +180,8 @@ def test_a_first_step_that_is_too_long_for_tight_limits_costs_nothing():
 def test_a_target_far_away_takes_longer_steps_at_first():
     """A step of the length that was asked for promises too little of J = ((0.1 − 20) mm)² to be worth a solve."""
     text = tiny(objective='{ kind = "motion", extension = "20 mm" }')
-    events = list(design(loads(text.replace("iterations = 2", 'iterations = 1\nstep = "0.05 mm"'))))
+    problem = loads(text.replace("iterations = 2", 'iterations = 1\nstep = "0.05 mm"'))
+    events = list(design(problem, settings=BRIEFLY))
     steps = [event.entry.step for event in accepted(events)]
     assert len(steps) == 2
     assert steps[1] > 0.05
@@ -189,7 +190,7 @@ def test_a_target_far_away_takes_longer_steps_at_first():
 def test_a_target_that_is_met_ends_the_run():
     """An extension of 0.4 mm is reached in a few designs, after which nothing is left to improve."""
     text = tiny(objective='{ kind = "motion", extension = "0.4 mm" }')
-    *_, last, end = design(loads(text.replace("iterations = 2", "iterations = 20")))
+    *_, last, end = design(loads(text.replace("iterations = 2", "iterations = 20")), settings=BRIEFLY)
     assert end.reason == "the targets are reached"
     assert 0 < last.entry.objective < 1e-6 * 0.3**2
 
@@ -207,7 +208,7 @@ def radii(monkeypatch, trials_in_vain, iterations=1, reached=1.0):
 
     monkeypatch.setattr("pneumorph.optimize.loop.analyse_trial", tried)
     text = tiny().replace("iterations = 2", f"iterations = {iterations}")
-    return [event.state["radius"] for event in accepted(list(design(loads(text))))]
+    return [event.state["radius"] for event in accepted(design(loads(text), settings=BRIEFLY))]
 
 
 def test_a_region_that_was_too_large_does_not_grow_at_once(monkeypatch):

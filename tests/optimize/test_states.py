@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from designing import BRIEFLY
 from tiny import tiny
 
 from pneumorph.errors import Hopeless, ProblemError
@@ -25,8 +26,8 @@ def problem(valid: float, iterations: int, method: str = "sqp") -> Problem:
     return Problem.model_validate(table)
 
 
-def entries(asked: Problem):
-    events = list(design(asked))
+def entries(asked: Problem, settings=BRIEFLY):
+    events = list(design(asked, settings=settings))
     (end,) = [event for event in events if isinstance(event, Finished)]
     return [event.entry for event in events if isinstance(event, DesignAccepted)], end
 
@@ -61,7 +62,7 @@ def test_a_soft_body_keeps_away_from_ballooning():
     table["material"]["density"] = "1 g/cm^3"
     table["body"]["chamber"][0]["radius"] = "5.5 mm"
     table["limits"]["margin"] = 1.5
-    found, end = entries(Problem.model_validate(table))
+    found, end = entries(Problem.model_validate(table), None)
     margins = [entry.limits["margin"] for entry in found]
     assert margins[0] < 1.4 and not found[0].held
     assert all(margin >= 1.5 * (1.0 - 1e-9) for margin in margins[1:])
@@ -91,7 +92,9 @@ def test_a_start_that_balloons_begins_at_a_lower_pressure():
     table["material"]["density"] = "1 g/cm^3"
     table["body"]["chamber"][0]["radius"] = "5.5 mm"
     table["task"][0]["pressure"]["A"] = {"start": "160 kPa", "min": "0 kPa", "max": "200 kPa"}
-    events = list(design(Problem.model_validate(table)))
+    # A quarter of it is solved.
+    table["body"]["symmetry"] = {"mirror": ["xz", "yz"]}
+    events = list(design(Problem.model_validate(table), settings=BRIEFLY))
     (lower,) = [event for event in events if isinstance(event, BegunLower)]
     start, after = [event.entry for event in events if isinstance(event, DesignAccepted)]
     began = start.tasks["extend"].pressures["A"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from designing import accepted, analysed
+from designing import BRIEFLY, accepted, analysed
 from tiny import tiny
 
 from pneumorph.analysis import analyse
@@ -48,7 +48,7 @@ def test_the_gradient_is_exact(problem):
 
 
 def test_it_grows_from_design_to_design():
-    entries = [event.entry for event in accepted(design(CASES["length"]))]
+    entries = [event.entry for event in accepted(design(CASES["length"], settings=BRIEFLY))]
     assert entries[-1].objective < entries[0].objective
     tips = [entry.tasks[name].translation[0] for entry in entries[-1:] for name in ("at_0", "at_30", "at_50")]
     assert entries[-1].tasks["at_0"].objective == pytest.approx(-np.ptp(tips))

@@ -5,6 +5,11 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mechanics import TOLERANCE, NoEquilibrium
 from pneumorph.optimize import DesignAccepted
+from pneumorph.optimize.settings import LoopSettings
+
+BRIEFLY = LoopSettings(looked_at=False)
+"""Of loops whose last design is not looked at, which on small meshes takes as long as several designs: for tests of how
+designs follow each other, beside one of the same kind whose end is looked at."""
 
 
 def accepted(events):
