@@ -22,6 +22,11 @@ objective = { motion = "bending_y" }
 PRESSURES = np.outer(np.linspace(0.0, 0.06, 7), [1.0, 0.0])
 
 
+def of(*values):
+    """Parameters in the units of the code."""
+    return dict(zip(PARAMETERS, values, strict=True))
+
+
 @pytest.fixture(scope="module")
 def body():
     problem = loads(problem_text(TASK, chambers=TWO_BESIDE, radius=10)).with_changes({"mesh.size": "8 mm"})
@@ -33,7 +38,7 @@ def curve(body):
     """What a body that is 15 % stiffer, has 0.2 mm more rubber and 1 kPa more pressure would show."""
     problem, start = body
     fit = _Fit.of(problem, start, problem.task[0], Curve(PRESSURES, "bending_y", np.zeros(len(PRESSURES))))
-    return fit.moved(fit.begun(), np.array([0.15, 0.2, 0.001])).values
+    return fit.moved(fit.begun(), of(0.15, 0.2, 0.001)).values
 
 
 def test_what_a_curve_was_computed_with_is_found(body, curve):
@@ -62,12 +67,12 @@ MEASURED = ("bending_y", "push_bending_y", "push_extension", "volume_A", "filled
 def test_derivatives_by_parameters_are_exact(body, quantity):
     """Away from the body as it is designed, along each of them alone; the remainder falls with order 2."""
     fit, start = fitting(body, quantity), np.array([0.2, 0.1, 0.001])
-    there = fit.moved(fit.begun(), start)
+    there = fit.moved(fit.begun(), of(*start))
     slopes = there.slopes(tuple(PARAMETERS))
     for number, size in enumerate((0.1, 0.1, 0.003)):
         remainders = []
         for step in (size, 0.5 * size):
-            moved = fit.moved(there, start + step * np.eye(3)[number])
+            moved = fit.moved(there, of(*(start + step * np.eye(3)[number])))
             remainders.append(np.linalg.norm(moved.values - there.values - step * slopes[:, number]))
         assert np.log2(remainders[0] / remainders[1]) == pytest.approx(2.0, abs=0.15), number
 
@@ -77,7 +82,7 @@ def test_what_noisy_curves_of_forces_and_volumes_were_computed_with_is_found_wit
     names, truth = ("modulus", "pressure"), np.array([15.0, 1.0])
     fit = fitting(body, quantity)
     begun = fit.begun()
-    exact = fit.moved(begun, np.array([0.15, 0.0, 0.001]))
+    exact = fit.moved(begun, of(0.15, 0.0, 0.001))
     noise = 0.01 * np.ptp(exact.values)
     measured = exact.values + noise * np.random.default_rng(3).standard_normal(len(exact.values))
     slopes = exact.slopes(names) * [UNITS[PARAMETERS[name]] for name in names]
@@ -112,7 +117,7 @@ def test_intervals_have_the_modulus_in_95_of_100_noisy_curves(body, curve):
     problem, start = body
     random, hits = np.random.default_rng(0), 0
     fit = _Fit.of(problem, start, problem.task[0], Curve(PRESSURES, "bending_y", curve))
-    there = fit.moved(fit.begun(), np.array([0.15, 0.2, 0.001]))
+    there = fit.moved(fit.begun(), of(0.15, 0.2, 0.001))
     noise = 0.02 * np.abs(curve).max()
     measured = curve + noise * random.standard_normal((100, len(curve)))
     slopes = there.slopes(("modulus",)) * UNITS["%"]
@@ -167,7 +172,7 @@ def test_parameters_are_found_beside_what_else_bears_loads(beside):
     problem = problem.with_changes({"mesh.size": "8 mm"})
     start, few = starting_body(problem.tubes), PRESSURES[::2]
     fit = _Fit.of(problem, start, problem.task[0], Curve(few, "bending_y", np.zeros(len(few))))
-    shown = fit.moved(fit.begun(), np.array([0.15, 0.0, 0.001])).values
+    shown = fit.moved(fit.begun(), of(0.15, 0.0, 0.001)).values
     found = calibrate(problem, start, problem.task[0], Curve(few, "bending_y", shown), ("modulus", "pressure"))
     np.testing.assert_allclose(found.values, [15.0, 1.0], rtol=1e-3)
 

@@ -70,7 +70,8 @@ def test_errors_of_a_fit_move_the_limit_point_as_derivatives_say(solved):
     at, equilibrium = found.configurations["extend"], found.equilibria["extend"]
     margins = []
     for way in (0.5, -0.5):
-        there = with_changed(at, asked, dict(zip(("c1", "c2"), way * error, strict=True)))
+        model = with_changed(at.model, asked, dict(zip(("c1", "c2"), way * error, strict=True)))
+        there = replace(at, model=model)
         tangent = Tangent(there.model)
         state = solve(there, tangent, equilibrium.state, TOLERANCE)
         assert isinstance(state, Equilibrium)

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from pneumorph.cli import app
 from pneumorph.errors import ProblemError
-from pneumorph.interface.calibration import with_moduli
+from pneumorph.interface.calibration import require_parameters, with_moduli
 from pneumorph.problem import load, loads
 from pneumorph.problem.material import elastomer, library
 from pneumorph.problem.measured import read_measured
@@ -59,6 +59,7 @@ def test_a_force_of_a_free_tip_is_refused_in_one_line(tmp_path):
         ("pressure (kPa), stretch\n0,0\n1,1\n2,2\n", "modulus", "needs titles"),
         ("pressure A (kPa), extension (mm)\n0,0\n1,1\n", "modulus", "has 2 points"),
         ("pressure A (kPa), extension (mm)\n0,0\n1,1\n2,2\n", "colour", "--fit"),
+        ("pressure A (kPa), extension (mm)\n0,0\n1,1\n2,2\n", "c10,c10", "at most once"),
     ],
 )
 def test_a_bad_curve_is_refused_before_the_body_is_read(tmp_path, monkeypatch, text, fit, word):
@@ -126,3 +127,21 @@ def test_what_is_no_curve_is_refused(tmp_path, titles, word):
     with pytest.raises(ProblemError, match=word) as refused:
         read_measured(path, ["A", "B"])
     assert "\n" not in str(refused.value)
+
+
+YEOH = 'model = "yeoh"\ncoefficients = ["0.2 MPa", "0.1 MPa", "0 MPa"]\nbulk_modulus = "9 MPa"\ndensity = "1 g/cm^3"\n'
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("c10", "c1, c2, c3, bulk_modulus"),
+        ("skin.c1", "cannot be fitted"),
+        ("c3", "is 0 in"),
+        ("mu1", "cannot be fitted"),
+    ],
+)
+def test_constants_that_the_rubber_does_not_have_are_refused(name, word):
+    require_parameters([name])  # as long as the problem is not known
+    with pytest.raises(ProblemError, match=word):
+        require_parameters([name], loads(problem_text(TASK, material=YEOH)))

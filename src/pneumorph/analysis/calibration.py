@@ -4,18 +4,32 @@ States are solved at all measured pressures. With the derivatives of what is mea
 Gauss–Newton steps lead to the parameters whose curve is nearest to the measured one. A factor s of all moduli is that
 of all loads l, and of the stiffness of sheets and fibres, divided by s (`as_cast`). Under k = l/s a motion or a volume
 is m(k), and changes by −k·∂m/∂k / s. What the tip pushes with where it is held is s r(k): it changes by r − k·∂r/∂k.
+Single constants of a rubber change its energy, and what is measured by the adjoint of `sensitivity/constants.py`.
+
+Errors ε of constants, which an earlier fit left open, change the curve by S ε. Least squares make up for them by
+−A⁺S ε of the parameters, with the derivatives A by these: so the constants that are found are off by (1 − G A⁺S) ε,
+where G are their changes by parameters, and by what the noise of the curve leaves. No error counts twice.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import lsq_linear
 from scipy.stats import t as students
 
 from pneumorph.analysis.along import Curve, along, solved_along
+from pneumorph.analysis.constants import (
+    Constants,
+    changed,
+    constants_of,
+    forces_by_constants,
+    rubbers_in,
+    with_changed,
+)
 from pneumorph.analysis.surface_motions import offset
 from pneumorph.analysis.tolerances import LOADS, MODULUS, as_cast, pressure_of
 from pneumorph.doing import doing
@@ -27,11 +41,14 @@ from pneumorph.mesh import Morph
 from pneumorph.mesh.tets import chambers_of
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import PUSHES
+from pneumorph.problem.constants import constants, is_modulus, named
+from pneumorph.problem.material import Material
 from pneumorph.sensitivity import quantity_slopes
 
 PARAMETERS = {"modulus": "%", "wall": "mm", "pressure": "kPa"}
-"""What can be fitted, with the unit in which it is told: moduli relative to those of the problem, rubber added at all
-chambers, and what is added to all measured pressures. Chambers without pressure at all points are open to the air."""
+"""What can be fitted beside constants of rubbers, with the unit in which it is told: moduli relative to those of the
+problem, rubber added at all chambers, and what is added to all measured pressures. Chambers without pressure at all
+points are open to the air. Constants are told in % of those of the problem, too."""
 
 UNITS = {"%": 0.01, "mm": 1.0, "kPa": 1e-3}
 
@@ -49,6 +66,12 @@ LEAST_FACTOR, MOST_FACTOR = 0.1, 10.0
 """Moduli over those of the problem between which fits stay: sources of a rubber differ by less, so a curve that asks
 for others has other units or signs."""
 
+LONGEST = 60.0
+"""Longest step of a constant, in %: one of which the curve says little would go far beyond what a rubber has."""
+
+UNKNOWN = 50.0
+"""Half an interval of a constant, in %, from which the curve does not determine it."""
+
 FAR = 0.01
 """Root mean square of the differences over the largest measured value above which a fit has to go on."""
 
@@ -63,10 +86,13 @@ class Calibration:
     Attributes
     ----------
     names : sequence of str
-        Of `PARAMETERS`.
+        Of `PARAMETERS`, and names of constants.
     values, half : (k,)
         Values, in their units, and half the widths of their confidence intervals of 95 %.
-    correlation : (k, k)
+    covariance : (k, k)
+        Of the values.
+    made_up : {constant: (k,)}
+        What they make up for per relative change of a constant that is not as the problem says, A⁺S.
     before, after : (n,) mm and rad, N and N·mm, mm³
         The curve with the problem's rubber and walls, and with the fitted ones.
     """
@@ -74,9 +100,20 @@ class Calibration:
     names: Sequence[str]
     values: np.ndarray
     half: np.ndarray
-    correlation: np.ndarray
+    covariance: np.ndarray
+    made_up: Mapping[str, np.ndarray]
     before: np.ndarray
     after: np.ndarray
+
+    @property
+    def constants(self) -> dict[str, float]:
+        """The relative changes of the constants that were fitted."""
+        return {name: 0.01 * float(value) for name, value in zip(self.names, self.values, strict=True) if is_one(name)}
+
+    @property
+    def undetermined(self) -> list[str]:
+        """The constants that were fitted of which the curve says too little."""
+        return [name for name, half in zip(self.names, self.half, strict=True) if is_one(name) and half > UNKNOWN]
 
     @property
     def factor(self) -> float:
@@ -86,7 +123,8 @@ class Calibration:
     @property
     def together(self) -> list[tuple[str, str]]:
         """Pairs of parameters that the curve does not tell apart."""
-        one, other = np.nonzero(np.triu(np.abs(self.correlation) > APART, 1))
+        scale = np.sqrt(np.diag(self.covariance))
+        one, other = np.nonzero(np.triu(np.abs(self.covariance) > APART * np.outer(scale, scale), 1))
         return [(self.names[int(i)], self.names[int(j)]) for i, j in zip(one, other, strict=True)]
 
 
@@ -98,7 +136,7 @@ def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Seq
     problem, body : one of its designs.
     task : whose loads act; of a force of the tip, one that holds the motion.
     curve : measured.
-    names : of `PARAMETERS`, fewer than points.
+    names : of `PARAMETERS` and of constants, fewer than points.
 
     Raises
     ------
@@ -110,21 +148,27 @@ def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Seq
     if free := [each.name for each in problem.obstacle if each.free is not None]:
         raise ProblemError(f"obstacle {free[0]}: is free; only bodies on fixed obstacles can be calibrated")
     with doing("calibrating"):
-        fit = _Fit.of(problem, body, task, curve)
+        fit = _Fit.of(problem, body, task, curve, names)
         return fitted(fit, names, fit.begun())
+
+
+def is_one(name: str) -> bool:
+    """Whether what is fitted is a constant of a rubber."""
+    return name not in PARAMETERS
 
 
 def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
     """The parameters of a curve by steps from solved states of the body as it is designed."""
-    units = np.array([UNITS[PARAMETERS[name]] for name in names])
+    units = np.array([UNITS[PARAMETERS.get(name, "%")] for name in names])
+    longest = np.array([LONGEST if is_one(name) else np.inf for name in names])
     before, theta = here.values, np.zeros(len(names))
     cost = float(np.sum((here.values - fit.curve.values) ** 2))
     for _ in range(MOST_STEPS):
         slopes = here.slopes(names) * units
-        step = np.linalg.lstsq(slopes, fit.curve.values - here.values, rcond=None)[0]
+        step = lsq_linear(slopes, fit.curve.values - here.values, (-longest, longest)).x
         # Half of a step that makes it worse, or leads to where there is no state.
         for part in (1.0, 0.5, 0.25, 0.125):
-            there = fit.moved(here, _all(names, (theta + part * step) * units))
+            there = fit.moved(here, dict(zip(names, ((theta + part * step) * units).tolist(), strict=True)))
             if there is not None and float(np.sum((there.values - fit.curve.values) ** 2)) <= cost * (1 + 1e-9):
                 break
         else:
@@ -143,11 +187,48 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
     if free < 1 or not np.linalg.cond(information) <= 1e14:
         more = "fit fewer parameters" if len(names) > 1 else "give points at other pressures"
         raise ComputationError(f"the curve does not determine {' and '.join(names)}; {more}")
-    scale = np.sqrt(np.diag(np.linalg.inv(information)))
-    correlation = np.linalg.inv(information) / np.outer(scale, scale)
+    half = students.ppf(0.975, free) * _deviations(slopes, cost)
+    known = [name for each in here.known.values() for name in each.names]
+    made_up = np.linalg.lstsq(slopes, here.slopes(known), rcond=None)[0] if known else np.zeros((len(names), 0))
     return Calibration(
-        names, theta, students.ppf(0.975, free) * _deviations(slopes, cost), correlation, before, here.values
+        names,
+        theta,
+        half,
+        cost / free * np.linalg.inv(information),
+        dict(zip(known, made_up.T, strict=True)),
+        before,
+        here.values,
     )
+
+
+def covariance_after(problem: Problem, fit: Calibration, region: str) -> np.ndarray:
+    """The covariance (c, c) of the relative errors of a region's constants after a fit, but for the bulk modulus.
+
+    Parameters
+    ----------
+    problem : with the rubbers before it, and the covariances of earlier fits.
+    fit : of a body of the problem.
+    region : see `rubbers_in`.
+    """
+    rubbers, factors = rubbers_in(problem), {name: 1.0 + by for name, by in fit.constants.items()}
+    own = [named(region, name) for name in rubbers[region].constants]
+    # Relative changes of what was found by the values of the parameters in their units.
+    by_values = np.zeros((len(own), len(fit.names)))
+    for column, name in enumerate(fit.names):
+        if name == "modulus":
+            moduli = [is_modulus(each) for each in rubbers[region].constants]
+            by_values[:, column] = np.where(moduli, 0.01 / fit.factor, 0.0)
+        elif name in own:
+            by_values[own.index(name), column] = 0.01 / factors[name]
+    covariance = by_values @ fit.covariance @ by_values.T
+    for other, material in rubbers.items():
+        if material.covariance:
+            names = [named(other, name) for name in material.constants]
+            left = -by_values @ np.array([fit.made_up[name] for name in names]).T
+            if other == region:
+                left += np.diag([1.0 / factors.get(name, 1.0) for name in names])
+            covariance += left @ np.array(material.covariance) @ left.T
+    return covariance
 
 
 def _deviations(slopes: np.ndarray, cost: float) -> np.ndarray:
@@ -156,16 +237,15 @@ def _deviations(slopes: np.ndarray, cost: float) -> np.ndarray:
     return np.sqrt(cost / max(count - parameters, 1) * np.diag(np.linalg.pinv(slopes.T @ slopes)))
 
 
-def _all(names: Sequence[str], values: np.ndarray) -> np.ndarray:
-    """All three parameters, in the units of the code."""
-    given = dict(zip(names, values, strict=True))
-    return np.array([given.get(name, 0.0) for name in PARAMETERS])
-
-
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """A body on its mesh under the loads of every point of the curve, and how nodes move (N, 3) per mm of rubber."""
+    """A body on its mesh under the loads of every point of the curve, and how nodes move (N, 3) per mm of rubber.
 
+    Derivatives are known by all constants of the rubbers in `regions`.
+    """
+
+    problem: Problem
+    regions: Sequence[str]
     curve: Curve
     points: Sequence[Configuration]
     tangent: Tangent
@@ -173,19 +253,46 @@ class _Fit:
     thicker: np.ndarray
 
     @classmethod
-    def of(cls, problem: Problem, body: Body, task: Task, curve: Curve) -> _Fit:
-        """The body meshed for the pressures of the curve, in part where these are symmetric."""
+    def of(cls, problem: Problem, body: Body, task: Task, curve: Curve, names: Sequence[str] = ()) -> _Fit:
+        """The body meshed for the pressures of the curve, in part where these are symmetric, to fit these names."""
         morph, points = along(problem, body, task, curve.pressures)
         faces = [face for face in morph.mesh.faces if chambers_of(face)]
         thicker = sum((offset(morph.mesh, face) for face in faces), np.zeros_like(points[0].X))
-        return cls(curve, points, Tangent(points[0].model), morph, thicker[: morph.n_surface])
+        regions = [
+            region
+            for region, material in rubbers_in(problem).items()
+            if material.covariance or any(named(region, each) in names for each in constants(material))
+        ]
+        thicker = thicker[: morph.n_surface]
+        return cls(problem, regions, curve, points, Tangent(points[0].model), morph, thicker)
 
-    def configurations(self, parameters: np.ndarray) -> list[Configuration]:
-        """All points with parameters in the units of the code."""
-        more, wall, pressure = map(float, parameters)
+    def configurations(self, parameters: Mapping[str, float]) -> list[Configuration]:
+        """All points with parameters in the units of the code; those that are left out are zero."""
+        more, wall, pressure = (parameters.get(name, 0.0) for name in PARAMETERS)
         inflated = zip(self.points[0].model.chambers, self.inflated, strict=True)
         changes = {MODULUS: more, **{pressure_of(name): pressure for name, some in inflated if some}}
-        return [as_cast(at, wall * self.morph.extend(self.thicker), changes) for at in self.points]
+        points = self.points
+        if others := {name: by for name, by in parameters.items() if is_one(name)}:
+            model = with_changed(points[0].model, self.problem, others)
+            points = [replace(at, model=model) for at in points]
+        return [as_cast(at, wall * self.morph.extend(self.thicker), changes) for at in points]
+
+    def is_rubber(self, parameters: Mapping[str, float]) -> bool:
+        """Whether rubbers with parameters have moduli like those of the problem, and pure numbers of their signs."""
+        for region, material in changed(self.problem, parameters).items():
+            own, now = self.materials[region], constants(material)
+            factors = [now[name] / value for name, value in constants(own).items() if value and not is_modulus(name)]
+            factors.append(material.initial_shear_modulus / own.initial_shear_modulus)
+            factors.append(material.bulk_modulus / own.bulk_modulus)
+            factors[-2:] = [(1.0 + parameters.get("modulus", 0.0)) * each for each in factors[-2:]]
+            if not all(LEAST_FACTOR <= each <= MOST_FACTOR for each in factors):
+                return False
+        return True
+
+    @cached_property
+    def materials(self) -> dict[str, Material]:
+        """Those of the problem, by region."""
+        return rubbers_in(self.problem)
 
     @property
     def inflated(self) -> np.ndarray:
@@ -200,12 +307,12 @@ class _Fit:
         ComputationError
             If one is not found.
         """
-        path = self.configurations(np.zeros(len(PARAMETERS)))
-        return _Solved(self, 1.0, path, solved_along(path, self.curve.pressures, self.tangent))
+        path = self.configurations({})
+        return _Solved(self, {}, path, solved_along(path, self.curve.pressures, self.tangent))
 
-    def moved(self, near: _Solved, parameters: np.ndarray) -> _Solved | None:
+    def moved(self, near: _Solved, parameters: Mapping[str, float]) -> _Solved | None:
         """The states with other parameters, from those with the parameters before; None if one is not found."""
-        if not LEAST_FACTOR <= 1.0 + parameters[0] <= MOST_FACTOR:
+        if not self.is_rubber(parameters):
             return None
         path, states = self.configurations(parameters), []
         for at, before, state in zip(path, near.path, near.states, strict=True):
@@ -215,20 +322,31 @@ class _Fit:
             if not isinstance(answer, Equilibrium):
                 return None
             states.append(answer.state)
-        return _Solved(self, 1.0 + float(parameters[0]), path, states)
+        return _Solved(self, parameters, path, states)
 
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """The states of all points of a curve with some parameters, among them the factor of all moduli."""
+    """The states of all points of a curve with some parameters."""
 
     fit: _Fit
-    factor: float
+    parameters: Mapping[str, float]
     path: Sequence[Configuration]
     states: Sequence[State]
 
+    @property
+    def factor(self) -> float:
+        """That of all moduli."""
+        return 1.0 + self.parameters.get("modulus", 0.0)
+
     @cached_property
-    def _of_points(self) -> list[tuple[float, np.ndarray]]:
+    def known(self) -> dict[str, Constants]:
+        """The constants by which there are derivatives, as they are now, by region."""
+        now = changed(self.fit.problem, self.parameters)
+        return {region: constants_of(region, now[region]) for region in self.fit.regions}
+
+    @cached_property
+    def _of_points(self) -> list[tuple[float, dict[str, float]]]:
         """What was measured at every point, and its derivatives by all parameters, in the units of the code.
 
         Of the bodies that are solved, under loads divided by the factor of all moduli.
@@ -239,12 +357,19 @@ class _Solved:
             self.fit.tangent.move_to(at, state)
             slopes = quantity_slopes(at, self.fit.tangent, state, (quantity,))
             value, by_X, by_load = float(slopes.motion[0]), slopes.X[0], slopes.loads[0]
-            by = [
-                (value if quantity in PUSHES else 0.0) - force / self.factor * _by_all_loads(at, by_load),
-                force * float(np.sum(self.fit.morph.on_surface(by_X) * self.fit.thicker)),
-                force / self.factor * float(np.sum(np.asarray(by_load.pressure)[self.fit.inflated])),
-            ]
-            answers.append((force * value, np.array(by)))
+            by = {
+                "modulus": (value if quantity in PUSHES else 0.0) - force / self.factor * _by_all_loads(at, by_load),
+                "wall": force * float(np.sum(self.fit.morph.on_surface(by_X) * self.fit.thicker)),
+                "pressure": force / self.factor * float(np.sum(np.asarray(by_load.pressure)[self.fit.inflated])),
+            }
+            for region, forces in forces_by_constants(at, state, self.known).items():
+                names, by_each = self.known[region].names, -force * forces @ slopes.adjoints[0]
+                # Per relative change of the problem's constants, of which these are multiples.
+                by |= {
+                    name: float(each) / (1.0 + self.parameters.get(name, 0.0))
+                    for name, each in zip(names, by_each, strict=True)
+                }
+            answers.append((force * value, by))
         return answers
 
     @property
@@ -253,8 +378,8 @@ class _Solved:
         return np.array([value for value, _ in self._of_points])
 
     def slopes(self, names: Sequence[str]) -> np.ndarray:
-        """Its derivatives (n, k) by parameters with these names."""
-        return np.array([by for _, by in self._of_points])[:, [list(PARAMETERS).index(name) for name in names]]
+        """Its derivatives (n, k) by parameters with these names, in the units of the code."""
+        return np.array([[by[name] for name in names] for _, by in self._of_points])
 
 
 def _by_all_loads(at: Configuration, by: Loads) -> float:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.mechanics import Configuration, State, parameters_by_constants, rubber_of, with_rubbers
+from pneumorph.mechanics import Configuration, Model, State, parameters_by_constants, rubber_of, with_rubbers
 from pneumorph.problem import Problem
 from pneumorph.problem.constants import constants, named, with_constants
 from pneumorph.problem.covariance import root_of
@@ -43,7 +43,7 @@ def rubbers_in(problem: Problem) -> dict[str, Material]:
 
 def constants_in(problem: Problem) -> dict[str, Constants]:
     """The constants of all rubbers of a problem, by region."""
-    return {region: _constants_of(region, material) for region, material in rubbers_in(problem).items()}
+    return {region: constants_of(region, material) for region, material in rubbers_in(problem).items()}
 
 
 def fitted_in(problem: Problem) -> dict[str, Constants]:
@@ -51,7 +51,8 @@ def fitted_in(problem: Problem) -> dict[str, Constants]:
     return {region: each for region, each in constants_in(problem).items() if len(each.errors)}
 
 
-def _constants_of(region: str, material: Material) -> Constants:
+def constants_of(region: str, material: Material) -> Constants:
+    """The constants of a material."""
     slopes = parameters_by_constants(material)
     errors = np.zeros((0, len(slopes)))
     if material.covariance:
@@ -73,16 +74,16 @@ def forces_by_constants(at: Configuration, state: State, known: Mapping[str, Con
     return {region: each.parameters @ by_parameters[region] for region, each in known.items()}
 
 
-def with_changed(at: Configuration, problem: Problem, changes: Mapping[str, float]) -> Configuration:
-    """A body whose rubbers have other constants.
+def with_changed(model: Model, problem: Problem, changes: Mapping[str, float]) -> Model:
+    """The model of a body whose rubbers have other constants.
 
     Parameters
     ----------
-    at : of a body of the problem.
+    model : of a body of the problem.
     problem : with the materials from which constants differ.
     changes : relative, by names.
     """
-    return replace(at, model=with_rubbers(at.model, {r: rubber_of(m) for r, m in changed(problem, changes).items()}))
+    return with_rubbers(model, {name: rubber_of(each) for name, each in changed(problem, changes).items()})
 
 
 def changed(problem: Problem, changes: Mapping[str, float]) -> dict[str, Material]:

@@ -209,7 +209,7 @@ def _solved(
     at, state = whole.analysis.configurations[task], whole.analysis.equilibria[task].state
     tangent, there = whole.disc.tangents[task], as_cast(at, moved, changes)
     if constants:
-        there = with_changed(there, whole.problem, constants)
+        there = replace(there, model=with_changed(there.model, whole.problem, constants))
     tangent.move_to(at, state)
     start = predict(at, tangent, state, moved, there.loads)
     answer = solve(there, tangent, start, since=(at, state), most=MOST_FACTORISATIONS)

@@ -7,17 +7,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from pydantic import ValidationError
 
 from pneumorph.analysis.along import Curve
-from pneumorph.analysis.calibration import PARAMETERS, Calibration, calibrate
-from pneumorph.errors import ProblemError
+from pneumorph.analysis.calibration import PARAMETERS, Calibration, calibrate, covariance_after
+from pneumorph.analysis.constants import changed, rubbers_in
+from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.interface.other_loads import under_loads
 from pneumorph.problem import Problem, Task
 from pneumorph.problem.components import PUSH, PUSHES
+from pneumorph.problem.constants import constants, may_be_constant, named
+from pneumorph.problem.covariance import rows_of
 from pneumorph.problem.material import Material
 from pneumorph.problem.measured import Measured, read_measured
 from pneumorph.problem.quantities import shown
+from pneumorph.problem.reasons import faults_of
+from pneumorph.problem.regions import REST
 from pneumorph.problem.scaled import scaled
 
 WORDS = {
@@ -72,7 +78,7 @@ def calibrated(
     task : whose loads act.
     pressures : {chamber: MPa} of chambers without a column.
     path : the file.
-    names : what is fitted, of `PARAMETERS`.
+    names : what is fitted, of `PARAMETERS` and of the constants of the rubbers.
     block : motions of the tip that were held, "shift_x" or "shift_x=2 mm".
 
     Raises
@@ -82,10 +88,10 @@ def calibrated(
     ComputationError
         If a state is not found, or the curve does not determine what is fitted.
     """
-    require_parameters(names)
+    require_parameters(names, problem)
     measured, curve = curve_in(path, problem, pressures)
     fit = calibrate(problem, body, as_measured(problem, task, measured.quantity, block), curve, names)
-    return CalibratedDesign(with_moduli(problem, fit.factor), measured, fit)
+    return CalibratedDesign(with_found(problem, fit), measured, fit)
 
 
 def as_measured(problem: Problem, task: Task, quantity: str, block: Iterable[str] = ()) -> Task:
@@ -122,13 +128,30 @@ def curve_in(path: Path, problem: Problem, pressures: Mapping[str, float]) -> tu
     return measured, Curve(np.column_stack(columns), measured.quantity, measured.values)
 
 
-def require_parameters(names: Sequence[str]) -> None:
-    """Refuse names that are not those of `PARAMETERS`, each at most once and at least one."""
+def require_parameters(names: Sequence[str], problem: Problem | None = None) -> None:
+    """Refuse names that are none of `PARAMETERS` and of no constant, each at most once and at least one.
+
+    Parameters
+    ----------
+    names : what is to be fitted.
+    problem : whose rubbers have the constants; without it, those of any rubber are let pass.
+    """
+    known = {}
+    if problem is not None:
+        of_regions = rubbers_in(problem).items()
+        known = {named(region, name): value for region, each in of_regions for name, value in constants(each).items()}
     for name in names:
-        if name not in PARAMETERS:
-            raise ProblemError(f'--fit: "{name}" cannot be fitted; use {", ".join(PARAMETERS)}')
+        if name not in PARAMETERS and name not in known and (known or not may_be_constant(name)):
+            own = (
+                f"constants of its rubber: {', '.join(known)}"
+                if known
+                else "constants of the rubber such as c10 or mu1"
+            )
+            raise ProblemError(f'--fit: "{name}" cannot be fitted; use {", ".join(PARAMETERS)}, or {own}')
+        if known.get(name) == 0.0:
+            raise ProblemError(f"--fit: {name} is 0 in [material]; give it a value there to start from")
     if not names or len(set(names)) < len(names):
-        raise ProblemError(f"--fit: give each of {', '.join(PARAMETERS)} at most once, and at least one")
+        raise ProblemError(f"--fit: give each of {', '.join(PARAMETERS)} and constants at most once, and at least one")
 
 
 def with_moduli(problem: Problem, factor: float) -> Problem:
@@ -141,17 +164,45 @@ def with_moduli(problem: Problem, factor: float) -> Problem:
     return problem.model_copy(update={"material": _scaled(problem.material, factor), "region": regions})
 
 
-def _scaled(material: Material, factor: float) -> Material:
-    source = f"calibrated: moduli times {factor:.4g}"
-    return scaled(material, factor, name=f"{material.name}, calibrated", source=source)
+def with_found(problem: Problem, fit: Calibration) -> Problem:
+    """The problem with the rubbers of a fit, and the covariances of their constants.
+
+    Raises
+    ------
+    ComputationError
+        If the constants that were found are none of a rubber.
+    """
+    found = {}
+    for region, material in changed(problem, fit.constants).items():
+        covariance = covariance_after(problem, fit, region)
+        rows = tuple(map(tuple, rows_of(covariance))) if covariance.any() else ()
+        own = {named(region, name): name for name in constants(material)}
+        told = [f"{own[name]} times {1.0 + by:.4g}" for name, by in fit.constants.items() if name in own]
+        if told or fit.factor != 1.0:
+            material = _scaled(material.model_copy(update={"covariance": rows}), fit.factor, told)
+        found[region] = material
+    regions = tuple(each.model_copy(update={"material": found[each.name]}) for each in problem.region)
+    rest = found[REST if regions else ""]
+    return problem.model_copy(update={"material": rest, "region": regions})
+
+
+def _scaled(material: Material, factor: float, told: Sequence[str] = ()) -> Material:
+    source = f"calibrated: {', '.join([f'moduli times {factor:.4g}'] * (factor != 1.0) + list(told))}"
+    try:
+        return scaled(material, factor, name=f"{material.name}, calibrated", source=source)
+    except ValidationError as error:
+        key, reason = faults_of(error)[0]
+        raise ComputationError(f"no rubber has the constants found: {key} {reason}; fit fewer of them") from None
 
 
 def _lines(measured: Measured, fit: Calibration) -> Iterator[str]:
     told = shown(measured.quantity)
     for name, value, half in zip(fit.names, fit.values, fit.half, strict=True):
-        yield f"{WORDS[name]}: {value:+.3g} ± {half:.2g} {PARAMETERS[name]} (95 %)"
+        yield f"{WORDS.get(name, name)}: {value:+.3g} ± {half:.2g} {PARAMETERS.get(name, '%')} (95 %)"
     for one, other in fit.together:
-        yield f"this curve does not tell {WORDS[one]} and {WORDS[other]} apart; fit one of them"
+        yield f"this curve does not tell {WORDS.get(one, one)} and {WORDS.get(other, other)} apart; fit one of them"
+    for name in fit.undetermined:
+        yield f"this curve does not determine {name}; leave it out, or measure where the rubber is stretched more"
     yield f"{told.word} in {told.unit}: measured, as designed, calibrated"
     pressures = list(measured.pressures.items())
     for k, row in enumerate(zip(measured.values, fit.before, fit.after, strict=True)):

@@ -675,8 +675,8 @@ class Design:
             A text file with titles such as "pressure A (kPa), extension (mm)", and one point a line. In place of a
             motion it may have a force or moment, "push_extension (N)", or the volume of a chamber, "volume A (ml)", or
             what was filled into it, "filled A (ml)".
-        fit : several of "modulus", "wall" and "pressure"
-            What is fitted; a curve seldom tells all three apart, and the result says so.
+        fit : several of "modulus", "wall" and "pressure", and names of constants of the rubber such as "c10"
+            What is fitted; a curve seldom tells all of them apart, and the result says so.
         task : str, by default the first
             Whose loads act.
         block : str or several

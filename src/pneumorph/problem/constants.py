@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from pneumorph.problem.material import Material, Ogden, OgdenTerm, Yeoh
@@ -13,6 +14,9 @@ PURE = ("limit", "locking_stretch", "alpha")
 """How the names of constants begin that are pure numbers; all others are moduli, MPa."""
 
 
+_ANY = re.compile(r"c\d{1,2}|mu\d|alpha\d|shear_modulus|limit|locking_stretch|bulk_modulus")
+
+
 def constants(material: Material) -> dict[str, float]:
     """All constants of a material by their names, MPa or pure numbers, in the order of its energy's parameters."""
     return material.constants | {BULK: material.bulk_modulus}
@@ -21,6 +25,11 @@ def constants(material: Material) -> dict[str, float]:
 def is_modulus(constant: str) -> bool:
     """Whether the energy is proportional to a constant, with all others that are moduli."""
     return not constant.startswith(PURE)
+
+
+def may_be_constant(name: str) -> bool:
+    """Whether some rubber has a constant with this name."""
+    return _ANY.fullmatch(name.rpartition(".")[2]) is not None
 
 
 def named(region: str, constant: str) -> str:

@@ -75,7 +75,11 @@ def calibrate(
         ),
     ],
     fit: Annotated[
-        str, typer.Option(metavar="modulus,wall,pressure", help="What is fitted, separated by commas.")
+        str,
+        typer.Option(
+            metavar="modulus,wall,pressure",
+            help="What is fitted, separated by commas; also constants of the rubber, such as c10, c1 or mu1,alpha1.",
+        ),
     ] = "modulus",
     task: Annotated[str | None, typer.Option(help="The task whose loads act; by default the first.")] = None,
     block: Annotated[
