@@ -143,7 +143,7 @@ def next_size(found: Sequence[Sized], asked: float) -> float:
 def is_estimated(problem: Problem, number: int, moved: np.ndarray, looked: np.ndarray, remeshed: bool = False) -> bool:
     """Whether the error of a design is estimated once it is accepted, as `mesh.error` needs it.
 
-    The estimate takes 8 to 18 equivalents, about as much as a design. Without `mesh.error` only the last has it.
+    The estimate takes 7 to 18 equivalents, about as much as a design. Without `mesh.error` only the last has it.
 
     Parameters
     ----------
