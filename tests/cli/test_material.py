@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -193,3 +194,12 @@ def test_how_strain_was_measured_is_told_and_stored(run, tmp_path):
     table = tomllib.loads((tmp_path / "out" / "material.toml").read_text(encoding="utf-8"))["material"]
     assert "strain of the crosshead" in table["source"]
     assert run("material", "fit", tmp_path / "pull.csv", "--strain-from", "eye").exit_code == 2
+
+
+@pytest.mark.parametrize(("most", "told"), [("7.6", True), ("2.2", False)])
+def test_a_fit_that_misses_small_stretches_is_told(run, tmp_path, most, told):
+    test = Path(__file__).parents[2] / "examples" / "treloar" / "uniaxial.csv"
+    output = run("material", "fit", test, "--model", "gent", "--max-stretch", most, "--out", tmp_path / "out").stdout
+    words = " ".join(output.split())
+    assert ("gent is 18 to 43 % below the uniaxial test at 6 points up to a stretch of 1.9" in words) == told
+    assert ("(--max-stretch 1.9)" in words) == told

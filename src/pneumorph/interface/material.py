@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -58,6 +58,10 @@ STRAIN_FROM = {
 """What is stored of how strain was measured, and what is told of it."""
 
 Files = str | Path | Sequence[str | Path]
+
+OFF, FEW, SMALL = 0.15, 3, 0.7
+"""A model is told to miss small stretches: by more than this share of the stress, at so many points at least, all below
+this share of the largest stretch."""
 
 _reader: TypeAdapter[Any] = TypeAdapter(Material)
 
@@ -124,7 +128,23 @@ class MaterialFit:
                 f"an initial shear modulus of {shear:.3g} MPa is not that of a rubber ({SOFTEST:g} to {STIFFEST:g} "
                 "MPa); check the unit of the stress, and whether the strain is in per cent"
             )
-        return [*doubts, ": ".join(STRAIN_FROM[self.strain_from]), *reports(self.fits)]
+        return [*doubts, *self._misses(), ": ".join(STRAIN_FROM[self.strain_from]), *reports(self.fits)]
+
+    def _misses(self) -> Iterator[str]:
+        """Where the best model is far from a test at small stretches, which least squares of stresses hardly see."""
+        best = self.fits[0]
+        for test in self.tests:
+            seen = test.stress > 0.0
+            stretch, off = test.stretch[seen], best.stress(test.stretch[seen], test.mode) / test.stress[seen] - 1.0
+            far = np.abs(off) > OFF
+            if far.sum() >= FEW and (until := stretch[far].max()) < SMALL * stretch.max():
+                word, ends = "below" if np.median(off[far]) < 0.0 else "above", 100 * np.abs(off[far])
+                yield (
+                    f"{best.form.label} is {ends.min():.0f} to {ends.max():.0f} % {word} the {test.mode} test at "
+                    f"{far.sum()} points up to a stretch of {until:.3g}, since a fit sees large stresses most; "
+                    "where the rubber will bear no more, fit up to there by max_stretch "
+                    f"(--max-stretch {until:.2g})"
+                )
 
     def records(self) -> list[dict[str, Any]]:
         """Every model with its parameters and the verdicts on it, for JSON."""
