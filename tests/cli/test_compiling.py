@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from shutil import copytree
 
 import pytest
 
@@ -12,47 +13,48 @@ from pneumorph import numerics
 SAID = "compiling (once)\n"
 
 
-def test_it_is_said_when_something_is_compiled_and_not_again(tiny, tmp_path):
-    steps = tmp_path / "steps.json"
-
-    def simulated(cache, *options):
-        """What it prints with a cache of jax of its own; Numba's is shared, since it takes longest to fill."""
-        # In a folder of the user's own choice jax keeps only what took long.
-        own = {key: value for key, value in os.environ.items() if key != "JAX_COMPILATION_CACHE_DIR"}
-        command = [sys.executable, "-m", "pneumorph", "simulate", str(tiny), "--json", str(steps), *options]
-        env = own | {"PNEUMORPH_CACHE": str(tmp_path / cache)}
-        return subprocess.run(command, env=env, capture_output=True, text=True, check=True)
-
-    first, again = simulated("one"), simulated("one")
-    # On a slow machine it is also said what is done.
-    assert first.stderr.count(SAID) == 1 and SAID not in again.stderr
-    assert SAID not in first.stdout and len(json.loads(steps.read_text())["steps"]) == 1
-    (tmp_path / "file").touch()
-    assert simulated("file/other", "--quiet").stderr == "", "a folder that cannot be made is none"
-    kernels = sorted((tmp_path / "one").glob("*-cache"))
-    for number, kernel in enumerate(kernels):
-        # As after a crash, a full disk and a faulty one.
-        kernel.write_bytes((b"", kernel.read_bytes()[:99], b"garbage" * 99)[number % 3])
-    assert simulated("one").stderr.count(SAID) == 1
-    assert len(kernels) > 3 and min(kernel.stat().st_size for kernel in kernels) > 0
-    assert SAID not in simulated("one").stderr, "they are kept again"
+WITHOUT_FOLDER = """
+import pneumorph.numerics
+import jax
+print(jax.jit(lambda x: x + 1)(1), jax.config.jax_compilation_cache_dir)
+"""
 
 
 @pytest.mark.slow
-def test_what_designs_need_is_compiled_by_warming_up(tiny, tmp_path):
+def test_what_designs_need_is_compiled_once_by_warming_up(tiny, tmp_path):
     """Another tube is designed without a kernel of its own: other sizes, no ripple, a spring."""
+    # In a folder of the user's own choice jax keeps only what took long. Numba's cache, which takes longest, is shared.
     own = {key: value for key, value in os.environ.items() if key != "JAX_COMPILATION_CACHE_DIR"}
 
     def run(*words):
+        """What it prints with a cache of jax of its own."""
         command = [sys.executable, "-m", "pneumorph", *words]
         env = own | {"PNEUMORPH_CACHE": str(tmp_path / "cache")}
         return subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, check=True)
 
     warm = run("warm-up")
-    assert warm.stderr.count(SAID) == 1 and str(tmp_path / "cache") in warm.stdout
-    kept = set((tmp_path / "cache").glob("*-cache"))
+    # On a slow machine it is also said what is done.
+    assert warm.stderr.count(SAID) == 1 and SAID not in warm.stdout and str(tmp_path / "cache") in warm.stdout
+    kernels = sorted((tmp_path / "cache").glob("*-cache"))
     found = run("design", str(tiny), "--iterations", "1")
-    assert SAID not in found.stderr and kept == set((tmp_path / "cache").glob("*-cache"))
+    assert SAID not in found.stderr and kernels == sorted((tmp_path / "cache").glob("*-cache"))
+    assert len(kernels) > 3 and min(kernel.stat().st_size for kernel in kernels) > 0
+    for number, kernel in enumerate(kernels):
+        # As after a crash, a full disk and a faulty one.
+        kernel.write_bytes((b"", kernel.read_bytes()[:99], b"garbage" * 99)[number % 3])
+    steps = tmp_path / "steps.json"
+    simulated = "simulate", str(tiny), "--json", str(steps)
+    assert run(*simulated).stderr.count(SAID) == 1
+    assert SAID not in run(*simulated).stderr, "they are kept again"
+    assert len(json.loads(steps.read_text())["steps"]) == 1
+
+
+def test_a_folder_that_cannot_be_made_is_none(tmp_path):
+    (tmp_path / "file").touch()
+    own = {key: value for key, value in os.environ.items() if key != "JAX_COMPILATION_CACHE_DIR"}
+    env = own | {"PNEUMORPH_CACHE": str(tmp_path / "file" / "other")}
+    found = subprocess.run([sys.executable, "-c", WITHOUT_FOLDER], env=env, capture_output=True, text=True, check=True)
+    assert (found.stdout, found.stderr) == ("2 None\n", "")
 
 
 def test_help_compiles_nothing():
@@ -103,11 +105,12 @@ SPOILED = {
 }
 
 
-@pytest.fixture
-def hits(tmp_path):
+@pytest.fixture(scope="module")
+def hits(tmp_path_factory):
     """Computes with a kernel in a process of its own, and says how often one was read from a folder."""
-    (tmp_path / "kernel.py").write_text("import numba\n@numba.njit(cache=True)\ndef twice(x):\n    return 2 * x\n")
-    path = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
+    folder = tmp_path_factory.mktemp("kernel")
+    (folder / "kernel.py").write_text("import numba\n@numba.njit(cache=True)\ndef twice(x):\n    return 2 * x\n")
+    path = os.pathsep.join([str(folder), *filter(None, sys.path)])
 
     def count(**places):
         env = os.environ | {"PYTHONPATH": path} | places
@@ -120,12 +123,22 @@ def hits(tmp_path):
     return count
 
 
+@pytest.fixture(scope="module")
+def kept(hits, tmp_path_factory):
+    """A folder with a kernel that can be read."""
+    folder = tmp_path_factory.mktemp("kept")
+    assert [hits(NUMBA_CACHE_DIR=str(folder)) for _ in range(2)] == [0, 1]
+    return folder
+
+
 @pytest.mark.parametrize("spoil", SPOILED)
-def test_kernels_that_cannot_be_read_are_compiled_again(tmp_path, hits, spoil):
-    folder = {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
-    assert (hits(**folder), hits(**folder)) == (0, 1)
-    for file in sorted((tmp_path / "kept").rglob("*.nb?")):
+def test_kernels_that_cannot_be_read_are_compiled_again(tmp_path, hits, kept, spoil):
+    copytree(kept, tmp_path / "kept")
+    files = sorted((tmp_path / "kept").rglob("*.nb?"))
+    assert len(files) == 2, "an index and a kernel"
+    for file in files:
         SPOILED[spoil](file)
+    folder = {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
     assert (hits(**folder), hits(**folder)) == (0, int(spoil != "a folder"))
 
 
