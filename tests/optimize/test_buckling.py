@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from designing import accepted
+from designing import BRIEFLY, accepted
 from texts import problem_text
 from tiny import REST
 
@@ -26,7 +26,7 @@ BUCKLES = "it would buckle laterally"
 
 @pytest.fixture(scope="module")
 def events():
-    return list(design(loads(COLUMN)))
+    return list(design(loads(COLUMN), settings=BRIEFLY))
 
 
 def test_designs_are_stable_against_all_motions(events):
@@ -42,7 +42,7 @@ def test_designs_are_stable_against_all_motions(events):
 
 def test_without_that_they_would_buckle(events, monkeypatch):
     monkeypatch.setattr(acceptance, "buckles", lambda now, after: False)
-    finished = list(design(loads(COLUMN)))[-1]
+    finished = list(design(loads(COLUMN), settings=BRIEFLY))[-1]
     assert isinstance(finished, Finished) and finished.stable == {"extend": False}
     assert "buckles laterally" in finished.reason
 
@@ -56,7 +56,8 @@ def test_a_body_far_from_buckling_is_judged_once_in_several_designs(monkeypatch)
         return lateral_stiffness(disc, analysis, at_rest)
 
     monkeypatch.setattr(buckling, "lateral_stiffness", counted)
-    events = list(design(loads(COLUMN.replace('"0.5 N/mm"', '"0 N/mm"').replace("= 5\n", "= 6\n"))))
+    problem = loads(COLUMN.replace('"0.5 N/mm"', '"0 N/mm"').replace("= 5\n", "= 6\n"))
+    events = list(design(problem, settings=BRIEFLY))
     tried = len(accepted(events)) - 1 + sum(isinstance(event, DesignRejected) for event in events)
     assert tried >= 6 and len(judged) <= 2 + tried // (1 + buckling.LATERAL.unjudged)
     assert judged[-1].value == pytest.approx(accepted(events)[-1].entry.objective), "the last design is judged"

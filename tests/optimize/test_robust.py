@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from designing import accepted
+from designing import BRIEFLY, accepted
 from texts import problem_text
 
 from pneumorph.optimize import design
@@ -48,7 +48,7 @@ def test_designs_become_more_certain(three):
 
 
 def test_a_stopped_run_goes_on_with_its_castings(three):
-    (again,) = accepted(design(problem(2), three[1].state))[-1:]
+    (again,) = accepted(design(problem(2), three[1].state, BRIEFLY))[-1:]
     assert again.entry.objective == pytest.approx(three[2].entry.objective, rel=1e-6)
     for name, result in three[2].entry.castings.items():
         np.testing.assert_allclose(again.entry.castings[name].translation, result.translation, atol=1e-6)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from designing import accepted, solved
+from designing import BRIEFLY, accepted, solved
 from tiny import tiny
 
 from pneumorph.analysis import (
@@ -67,7 +67,7 @@ def test_the_loop_designs_on_a_sector(events):
 
 def test_a_stopped_run_goes_on(problem, events):
     designs = accepted(events)
-    (again,) = accepted(design(problem, designs[1].state))
+    (again,) = accepted(design(problem, designs[1].state, BRIEFLY))
     assert again.iteration == 2
     assert again.entry.objective == pytest.approx(designs[2].entry.objective, rel=1e-6)
 
