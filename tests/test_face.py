@@ -121,6 +121,8 @@ def test_examples_run(name, place, monkeypatch):
 @pytest.mark.parametrize("name", sorted(SLOW))
 def test_examples_with_a_run_run(name, with_run, monkeypatch):
     monkeypatch.chdir(with_run)
+    # Elements of what is validated, mm: larger ones than in a quick validation.
+    monkeypatch.setattr("pneumorph.validation.beam.QUICK", 28.0)
     assert examples_of(name), f"{name} has no example"
     run_examples(examples_of(name))
 

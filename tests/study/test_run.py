@@ -6,6 +6,7 @@ import signal
 import threading
 
 import pytest
+from designing import BRIEFLY
 from tiny import tiny
 from typer.testing import CliRunner
 
@@ -35,7 +36,7 @@ def test_a_killed_workers_member_goes_on_and_a_finished_one_is_not_run_again(tmp
 
     with connected(None, 1) as client:
         (worker,) = client.run(os.getpid).values()
-        ends = {end.name: end for end in run_members(client, members, out, hear)}
+        ends = {end.name: end for end in run_members(client, members, out, hear, settings=BRIEFLY)}
         assert worker not in client.run(os.getpid).values()
     assert killed.is_set()
     assert ends["A-20-kPa"].completed
