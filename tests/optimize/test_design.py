@@ -169,7 +169,7 @@ def test_a_first_step_that_is_too_long_for_tight_limits_costs_nothing():
     def gained(step):
         changes = {"mesh.size": "6 mm", "limits.curvature": "0.02 /mm^2", "limits.stretch.limit": "0.02 /mm^2"}
         problem = load("examples/small.toml").with_changes(
-            {**changes, "optimizer.step": step, "optimizer.iterations": 5}
+            {**changes, "optimizer.step": step, "optimizer.iterations": 3}
         )
         designs = accepted(design(problem, settings=BRIEFLY))
         return extension(designs[-1]) - extension(designs[0])
