@@ -36,7 +36,7 @@ KINDS = {
 }
 """The spring against each motion, its unit, and that of the motion."""
 
-MOST = 1e9
+MOST = 1e6
 """The largest force or moment against a motion, N or N·mm."""
 
 
