@@ -129,6 +129,20 @@ def test_intervals_have_the_modulus_in_95_of_100_noisy_curves(body, curve):
     assert hits >= 90
 
 
+def test_a_point_without_pressure_narrows_no_interval():
+    """It is met by any rubber, so it says nothing of how far the other points are off."""
+    problem = loads(problem_text(EXTEND)).with_changes({"mesh.size": "8 mm"})
+    start, pressures = starting_body(problem.tubes), 0.01 * np.arange(1.0, 5.0)[:, None]
+
+    def halves(zeros: int) -> np.ndarray:
+        at = np.concatenate([np.zeros((zeros, 1)), pressures])
+        designed = _Fit.of(problem, start, problem.task[0], Curve(at, "extension", np.zeros(len(at)))).begun().values
+        noisy = 0.9 * designed + 0.01 * designed.max() * np.where(at[:, 0] > 0.0, np.cos(300.0 * at[:, 0]), 0.0)
+        return calibrate(problem, start, problem.task[0], Curve(at, "extension", noisy), ("modulus",)).half
+
+    np.testing.assert_allclose(halves(3), halves(0), rtol=1e-6)
+
+
 def test_a_flat_curve_determines_nothing(body):
     problem, start = body
     few = Curve(PRESSURES[:1], "bending_y", np.zeros(1))

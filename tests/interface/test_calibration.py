@@ -71,6 +71,22 @@ def test_a_bad_curve_is_refused_before_the_body_is_read(tmp_path, monkeypatch, t
     assert done.exit_code == 2 and word in done.stderr and done.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("text", "options", "word"),
+    [
+        ("pressure (kPa), extension (mm)\n0,0\n20,0.03\n40,0.07\n", ["--fit", "modulus,shear_modulus"], "one too many"),
+        ("pressure (kPa), extension (mm)\n0,0\n20,0.03\n40,0.07\n", ["--block", "axial"], "push_extension"),
+        ("pressure (kPa), extension (mm), volume A (ml)\n0,0,1\n20,1,2\n40,2,3\n", [], "only one of them"),
+    ],
+)
+def test_what_a_curve_cannot_tell_is_refused_with_its_reason(tmp_path, text, options, word):
+    source, curve = tmp_path / "tube.toml", tmp_path / "curve.csv"
+    source.write_text(problem_text(TASK))
+    curve.write_text(text)
+    done = CliRunner().invoke(app, ["calibrate", str(source), "--measured", str(curve), *options])
+    assert done.exit_code == 2 and word in done.stderr and done.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("name", list(library()))
 def test_all_moduli_of_a_rubber_are_scaled(name):
     problem = loads(problem_text(TASK)).model_copy(update={"material": elastomer(name)})

@@ -6,7 +6,7 @@ import tomllib
 import jsonschema
 import numpy as np
 import pytest
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 from texts import EXTEND, problem_text
 
 from pneumorph.errors import ProblemError
@@ -14,7 +14,7 @@ from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.homogeneous import nominal_stress
 from pneumorph.problem import loads
 from pneumorph.problem.doubts import doubts
-from pneumorph.problem.material import Material, library
+from pneumorph.problem.material import Material, elastomer, library
 from pneumorph.problem.scaled import scaled
 from pneumorph.problem.schema import json_schema
 
@@ -119,6 +119,15 @@ def test_hints_never_make_wrong_physics(keys, key, said):
     with pytest.raises(ProblemError) as caught:
         loads(problem_text(EXTEND, material=f"{keys}\n{STATED}"))
     assert any(line.startswith(f"{key}: ") and said in line for line in caught.value.faults), caught.value.faults
+
+
+def test_beside_a_name_of_the_library_stands_how_far_the_batch_scatters():
+    own = elastomer("Ecoflex 00-30")
+    given = TypeAdapter(Material).validate_python({"name": "Ecoflex 00-30", "scatter": 0.05})
+    assert given.scatter == 0.05 and given.model_copy(update={"scatter": own.scatter}) == own
+    with pytest.raises(ValidationError, match="in place of the name") as caught:
+        TypeAdapter(Material).validate_python({"name": "Ecoflex 00-30", "covariance": [[0.01]]})
+    assert len(caught.value.errors()) == 1
 
 
 def test_a_modulus_of_hard_plastic_is_doubted():

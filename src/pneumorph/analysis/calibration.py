@@ -75,6 +75,12 @@ UNKNOWN = 50.0
 FAR = 0.01
 """Root mean square of the differences over the largest measured value above which a fit has to go on."""
 
+NEAR = 0.5
+"""The same, above which the nearest curve is not that of this body."""
+
+NOTHING = 1e-9
+"""Derivatives of a point over the largest, below which it tells nothing."""
+
 CHECK = "check the signs and units of its columns, and whose loads act"
 """What to do about a curve that the body does not have."""
 
@@ -181,15 +187,22 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
         enough = np.maximum(ENOUGH, OF_DEVIATION * _deviations(slopes, cost))
         if np.all(np.abs(part * step) < enough):
             break
+    left, largest = np.sqrt(cost / len(here.values)), np.abs(fit.curve.values).max()
+    if left > NEAR * largest:
+        share = 100 * left / largest
+        raise ComputationError(f"the nearest curve leaves differences of {share:.2g} % of the largest value; {CHECK}")
     slopes = here.slopes(names) * units
-    free = len(fit.curve.values) - len(names)
+    # A point that no parameter moves, such as one without pressure, tells nothing of what the others are off by.
+    tells = np.linalg.norm(slopes, axis=1) > NOTHING * np.linalg.norm(slopes, axis=1).max()
+    slopes, cost = slopes[tells], float(np.sum((here.values - fit.curve.values)[tells] ** 2))
+    free = len(slopes) - len(names)
     information = slopes.T @ slopes
     if free < 1 or not np.linalg.cond(information) <= 1e14:
         more = "fit fewer parameters" if len(names) > 1 else "give points at other pressures"
         raise ComputationError(f"the curve does not determine {' and '.join(names)}; {more}")
     half = students.ppf(0.975, free) * _deviations(slopes, cost)
     known = [name for each in here.known.values() for name in each.names]
-    made_up = np.linalg.lstsq(slopes, here.slopes(known), rcond=None)[0] if known else np.zeros((len(names), 0))
+    made_up = np.linalg.lstsq(slopes, here.slopes(known)[tells], rcond=None)[0] if known else np.zeros((len(names), 0))
     return Calibration(
         names,
         theta,

@@ -264,7 +264,7 @@ def _of_loads(at: Configuration, slopes: MotionSlopes, tolerances: Tolerances) -
     model, by_load = at.model, slopes.loads
     pressures = np.array([by_known(at, loads.pressure) for loads in by_load])
     for number, chamber in enumerate(model.chambers):
-        if pressures[:, number].any():
+        if pressures[:, number].any() and np.asarray(at.loads.pressure)[number]:
             yield _cause(pressure_of(chamber), "kPa", tolerances.pressure, pressures[:, number])
     for part, name in LOADS.items():
         load = np.asarray(getattr(at.loads, part))

@@ -16,8 +16,9 @@ from pneumorph.errors import ComputationError, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.interface.other_loads import under_loads
 from pneumorph.problem import Problem, Task
-from pneumorph.problem.components import PUSH, PUSHES
-from pneumorph.problem.constants import constants, may_be_constant, named
+from pneumorph.problem.acting import acting
+from pneumorph.problem.components import MOTION_OF, PUSH, PUSHES
+from pneumorph.problem.constants import BULK, constants, is_modulus, may_be_constant, named
 from pneumorph.problem.covariance import rows_of
 from pneumorph.problem.material import Material
 from pneumorph.problem.measured import Measured, read_measured
@@ -110,7 +111,14 @@ def as_measured(problem: Problem, task: Task, quantity: str, block: Iterable[str
     """
     pushed = [quantity.removeprefix(PUSH)] if quantity in PUSHES else []
     alone = problem.model_copy(update={"task": (task,)})
-    return under_loads(alone, {}, block, pushed).task[0]
+    held = under_loads(alone, {}, block, pushed)
+    (task,) = held.task
+    if quantity in {MOTION_OF.get(name, name) for name in acting(held, task).hold.values}:
+        raise ProblemError(
+            f"{quantity} was measured, and the tip is held against it; give the force, push_{quantity}, or leave out "
+            "what holds it"
+        )
+    return task
 
 
 def curve_in(path: Path, problem: Problem, pressures: Mapping[str, float]) -> tuple[Measured, Curve]:
@@ -150,6 +158,12 @@ def require_parameters(names: Sequence[str], problem: Problem | None = None) -> 
             raise ProblemError(f'--fit: "{name}" cannot be fitted; use {", ".join(PARAMETERS)}, or {own}')
         if known.get(name) == 0.0:
             raise ProblemError(f"--fit: {name} is 0 in [material]; give it a value there to start from")
+    moduli = {name for name in known if is_modulus(name.rpartition(".")[2]) and not name.endswith(BULK)}
+    if moduli and "modulus" in names and moduli <= set(names):
+        raise ProblemError(
+            f"--fit: modulus is a factor of all moduli, so it is one too many beside {', '.join(sorted(moduli))}; "
+            "leave it out"
+        )
     if not names or len(set(names)) < len(names):
         raise ProblemError(f"--fit: give each of {', '.join(PARAMETERS)} and constants at most once, and at least one")
 

@@ -340,8 +340,12 @@ def _from_the_library(data: Any) -> Any:
         return data
     name, known = data.get("name"), library()
     table = known.get(name) if isinstance(name, str) else None
+    if table and "covariance" in data and not data.keys() & (_PARAMETERS - {"covariance", "scatter"}):
+        raise InvalidKey(
+            "covariance", "is that of constants that were fitted; give these in place of the name of a rubber"
+        )
     # Keys that no model has are faults of their own.
-    if data.keys() & _PARAMETERS if table else data.keys() - {"name", *MEMORY}:
+    if data.keys() & (_PARAMETERS - {"scatter"}) if table else data.keys() - {"name", *MEMORY}:
         model = data.get("model", "neo-hookean")
         if not isinstance(model, str) or model not in MODELS:
             shown = f'"{short(model)}"' if isinstance(model, str) else f"a {type(model).__name__}"
@@ -384,11 +388,12 @@ class _ByNameAlone:
         models = handler(schema)
         one = handler.resolve_ref_schema(models["oneOf"][0])["properties"]
         memory = {key: one[key] for key in MEMORY}
+        beside = memory | {"scatter": one["scatter"]}
         by_name = {
             "type": "object",
             "title": "Elastomer",
             "description": "A rubber from the library.",
-            "properties": {"name": {"enum": list(library())}, **memory},
+            "properties": {"name": {"enum": list(library())}, **beside},
             "required": ["name"],
             "additionalProperties": False,
         }

@@ -68,6 +68,7 @@ def read_measured(path: Path, chambers: Sequence[str] | None = None) -> Measured
     table = read_delimited(path)
     pressures: dict[str, np.ndarray] = {}
     found: dict[str, np.ndarray] = {}
+    told = list[str]()
     for column, title in enumerate(table.titles):
         name, unit = name_and_unit(title)
         plain = re.sub(r"[\s_]+", "_", name.lower())
@@ -80,9 +81,13 @@ def read_measured(path: Path, chambers: Sequence[str] | None = None) -> Measured
                 chosen = f'"{name} {of[0]}"; there are {", ".join(of)}'
                 raise ProblemError(f'{path}: "{title}": is of one chamber; name it, such as {chosen}')
             found[before + of[0]] = _values(path, title, unit, table, column, kind_of(before))
+            told.append(f'"{title}"')
         elif plain in MOTIONS or plain in PUSHES:
             found[plain] = _values(path, title, unit, table, column, kind_of(plain))
-    if not pressures or len(found) != 1:
+            told.append(f'"{title}"')
+    if len(found) > 1:
+        raise ProblemError(f"{path}: has {' and '.join(told)}; only one of them is compared, so leave out the others")
+    if not pressures or not found:
         titles = ", ".join(f'"{title}"' for title in table.titles if title) or "none"
         raise ProblemError(
             f"{path}: needs titles of a pressure and of one motion of {', '.join(MOTIONS)}, such as {EXAMPLE}, or of "
