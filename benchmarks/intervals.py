@@ -15,7 +15,7 @@ import numpy as np
 
 import pneumorph as pm
 from pneumorph.analysis.along import Curve
-from pneumorph.analysis.calibration import PARAMETERS, UNITS, _Fit, fitted, is_one
+from pneumorph.analysis.calibration import PARAMETERS, UNITS, _Fit, fitted, is_constant
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.problem import loads
 
@@ -67,7 +67,7 @@ def main() -> None:
     parser.add_argument("--fit", default="modulus,pressure", help="what is fitted, as of pneumorph calibrate")
     given = parser.parse_args()
     names = tuple(given.fit.split(","))
-    model = "yeoh" if any(map(is_one, names)) else "neo-hookean"
+    model = "yeoh" if any(map(is_constant, names)) else "neo-hookean"
     problem: pm.Problem = loads(TEXT.format(model=model, parameters=RUBBERS[model]))
     pressures = np.outer(np.linspace(MOST / POINTS, MOST, POINTS), [1.0, 0.0])
     fit = _Fit.of(

@@ -199,6 +199,8 @@ def test_a_run_and_its_continuation(run, tiny, tmp_path, no_pictures):
     assert "no pictures here" in first.output
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert result["completed"] and result["iterations"] == 1 and "reached" in result["reason"]
+    elsewhere = run("design", out, "--resume", "--out", tmp_path / "elsewhere")
+    assert elsewhere.exit_code == 2 and "leave it out" in elsewhere.stderr
     again = run("design", out, "--iterations", 2, "--resume")
     assert again.exit_code == 0, again.output
     assert "resuming after design 1" in again.output

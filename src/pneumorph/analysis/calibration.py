@@ -114,12 +114,14 @@ class Calibration:
     @property
     def constants(self) -> dict[str, float]:
         """The relative changes of the constants that were fitted."""
-        return {name: 0.01 * float(value) for name, value in zip(self.names, self.values, strict=True) if is_one(name)}
+        return {
+            name: 0.01 * float(value) for name, value in zip(self.names, self.values, strict=True) if is_constant(name)
+        }
 
     @property
     def undetermined(self) -> list[str]:
         """The constants that were fitted of which the curve says too little."""
-        return [name for name, half in zip(self.names, self.half, strict=True) if is_one(name) and half > UNKNOWN]
+        return [name for name, half in zip(self.names, self.half, strict=True) if is_constant(name) and half > UNKNOWN]
 
     @property
     def factor(self) -> float:
@@ -158,7 +160,7 @@ def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Seq
         return fitted(fit, names, fit.begun())
 
 
-def is_one(name: str) -> bool:
+def is_constant(name: str) -> bool:
     """Whether what is fitted is a constant of a rubber."""
     return name not in PARAMETERS
 
@@ -166,7 +168,7 @@ def is_one(name: str) -> bool:
 def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
     """The parameters of a curve by steps from solved states of the body as it is designed."""
     units = np.array([UNITS[PARAMETERS.get(name, "%")] for name in names])
-    longest = np.array([LONGEST if is_one(name) else np.inf for name in names])
+    longest = np.array([LONGEST if is_constant(name) else np.inf for name in names])
     before, theta = here.values, np.zeros(len(names))
     cost = float(np.sum((here.values - fit.curve.values) ** 2))
     for _ in range(MOST_STEPS):
@@ -179,8 +181,10 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
                 break
         else:
             if np.sqrt(cost / len(here.values)) > FAR * np.abs(fit.curve.values).max():
-                what = ", ".join(names).replace("modulus", f"modulus within a factor of {MOST_FACTOR:g}")
-                raise ComputationError(f"no other {what} brings the body nearer to the measured curve; {CHECK}")
+                raise ComputationError(
+                    f"no other values of {', '.join(names)}, with moduli within a factor of {MOST_FACTOR:g}, bring the "
+                    f"body nearer to the measured curve; {CHECK}"
+                )
             break
         theta, here = theta + part * step, there
         cost = float(np.sum((here.values - fit.curve.values) ** 2))
@@ -285,7 +289,7 @@ class _Fit:
         inflated = zip(self.points[0].model.chambers, self.inflated, strict=True)
         changes = {MODULUS: more, **{pressure_of(name): pressure for name, some in inflated if some}}
         points = self.points
-        if others := {name: by for name, by in parameters.items() if is_one(name)}:
+        if others := {name: by for name, by in parameters.items() if is_constant(name)}:
             model = with_changed(points[0].model, self.problem, others)
             points = [replace(at, model=model) for at in points]
         return [as_cast(at, wall * self.morph.extend(self.thicker), changes) for at in points]

@@ -64,10 +64,10 @@ def to_divide(
 
 @doing("the error of the mesh")
 def joined(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
-    """How often every element (m,) is to be halved where the body is meshed anew, as few of them as are needed.
+    """How many times every element (m,) is halved in the body's next mesh: once less where `mesh.error` allows it.
 
-    Where all errors are far below `mesh.error`, elements that contribute least are halved once less than they are, as
-    many as can be if they then contribute `WHOLE` times what their parts do. None where nothing has been divided.
+    Where all errors are far below `mesh.error`, that is done with the elements that contribute least to them, as long
+    as the errors stay small if each contributes `WHOLE` times what its parts do. None if no element has been divided.
 
     Parameters
     ----------

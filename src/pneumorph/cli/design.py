@@ -69,7 +69,9 @@ def design(
         compiling.announce(None)
         doing.announce(None)
     if resume and (problem / "problem.toml").exists():
-        problem, out = problem / "problem.toml", out or problem
+        if out is not None and out.resolve() != problem.resolve():
+            raise ProblemError(f"--out: is another folder than {problem}, in which that run goes on; leave it out")
+        problem, out = problem / "problem.toml", problem
     asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})

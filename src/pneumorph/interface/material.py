@@ -141,9 +141,9 @@ class MaterialFit:
                 word, ends = "below" if np.median(off[far]) < 0.0 else "above", 100 * np.abs(off[far])
                 yield (
                     f"{best.form.label} is {ends.min():.0f} to {ends.max():.0f} % {word} the {test.mode} test at "
-                    f"{far.sum()} points up to a stretch of {until:.3g}, since a fit sees large stresses most; "
-                    "where the rubber will bear no more, fit up to there by max_stretch "
-                    f"(--max-stretch {until:.2g})"
+                    f"{far.sum()} points up to a stretch of {until:.3g}, since large stresses weigh most in a fit; "
+                    "if the body stretches its rubber no further than that, fit this part of the test alone: "
+                    f"max_stretch = {until:.2g} (--max-stretch {until:.2g})"
                 )
 
     def records(self) -> list[dict[str, Any]]:

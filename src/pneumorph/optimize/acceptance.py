@@ -164,7 +164,7 @@ def _satisfies_state_limits(tried: Tried) -> Verdict:
     if trial.state_excess <= ROUNDING or current.states.violated:
         return None
     curvature = current.states.curvature(trial.state_excess, tried.proposal.change)
-    reason = f"it would be {100 * trial.state_excess:.1f} % beyond limits.{trial.state_limit}"
+    reason = f"it would be {100 * trial.state_excess:.2g} % beyond limits.{trial.state_limit}"
     return tried.rejected(reason, current=current.learning(state_curvature=curvature))
 
 

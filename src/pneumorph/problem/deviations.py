@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -52,6 +53,8 @@ def _read(name: str, text: Any) -> float:
             if not written.endswith("%"):
                 raise ValueError
             value = 0.01 * float(written[:-1])
+            if math.isnan(value):
+                raise ValueError
         except ValueError:
             raise ProblemError(f'{name}: "{text}" is not a percentage; write e.g. "{RELATIVE[name]}"') from None
         if not value <= MOST_DEVIATION:

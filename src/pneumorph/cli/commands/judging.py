@@ -48,7 +48,7 @@ def tolerance(
     task: Annotated[str | None, typer.Option(help="Only this task.")] = None,
     json: Annotated[
         Path | None,
-        typer.Option(help="Write all figures to this file as JSON, in mm and rad per unit of each cause."),
+        typer.Option(help="Write all figures to this file as JSON, in mm, rad, N, N·mm and mm³."),
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="Draw what 0.1 mm more rubber at each place does (png, pdf or svg).")
