@@ -2,15 +2,17 @@
 
 import csv
 import dataclasses
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from searches import FEW, TARGET, Runner
 
 from pneumorph.optimize.settings import LoopSettings
-from pneumorph.proposals import Plan, propose, search
+from pneumorph.proposals import Plan, Target, propose, search
 from pneumorph.proposals.candidates import draw_candidates
 from pneumorph.proposals.results import reaches, sheet_rows, write_table
-from pneumorph.proposals.stage import cut_short
+from pneumorph.proposals.stage import Clock, Search, cut_short, promised
 from pneumorph.run import open_run
 from pneumorph.study.members import MemberEnd, run_member
 
@@ -51,6 +53,47 @@ def test_the_best_go_on_and_a_search_is_taken_up_again(tmp_path):
     repeated = propose(TARGET, tmp_path, FEW, again, 1)
     assert again.names == []
     assert [each.candidate.name for each in repeated] == [each.candidate.name for each in found]
+
+
+def test_the_last_gain_goes_on():
+    assert promised([-1.0, -2.0, -4.0], 4) == -12.0
+    # One that became worse, or has its start alone, promises what it has.
+    assert promised([-1.0, -4.0, -3.0], 4) == -3.0
+    assert promised([-1.0], 4) == -1.0
+    assert promised([9.0, 4.0], 4, least=0.0) == 0.0
+
+
+def known_search(target, objectives):
+    """A search whose candidates have these objectives, and the candidates."""
+    going = list(draw_candidates(target, len(objectives), 1))
+    known = {each.name: own for each, own in zip(going, objectives, strict=True)}
+
+    class Known(Search):
+        def entries(self, name, designs):
+            return [SimpleNamespace(objective=own, iteration=k) for k, own in enumerate(known[name])][: designs + 1]
+
+        def achieved(self, candidate, designs):
+            return f"{self.value(candidate, designs):g}"
+
+    return Known(target, Plan(), Path(), Runner(Path()), 1, Clock(1.0, 1), print), going
+
+
+def test_candidates_are_compared_by_what_they_promise():
+    search, going = known_search(TARGET, ([-0.1, -0.3, -0.35], [-0.0, -0.05, -0.2], [-0.0, -0.01, -0.02], []))
+    assert [going.index(each) for each in search.ranked(going, 2, 6)] == [1, 0, 2, 3]
+    # Where no more designs come, what they do counts.
+    assert [going.index(each) for each in search.ranked(going, 2, 2)] == [0, 1, 2, 3]
+    why = search.behind(going[0], going[1:2], 2, 6)
+    assert why == f"after 2 designs -0.35, where {going[1].name} had -0.2 and gained more in its last one"
+    assert "gained" not in search.behind(going[2], going[1:2], 2, 6)
+
+
+def test_no_more_than_the_target_is_promised():
+    goal = {"name": "bend", "objective": {"kind": "motion", "bending_y": "30 deg"}}
+    target = Target.model_validate(TARGET.model_dump(mode="json", exclude_unset=True) | {"task": [goal]})
+    search, going = known_search(target, ([0.3, 0.2, 0.1], [0.3, 0.2, 0.01], [0.3, 0.2, 0.19]))
+    # Both of the first will be there; the nearer one is better.
+    assert [going.index(each) for each in search.ranked(going, 2, 6)] == [1, 0, 2]
 
 
 def test_without_time_nothing_is_begun_and_each_candidate_says_so(tmp_path):

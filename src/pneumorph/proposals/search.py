@@ -1,7 +1,8 @@
 """The search: all candidates are designed a little, the best of them further, and the best two on a finer mesh.
 
 Successive halving (Jamieson & Talwalkar 2016) with the design loop inside: a candidate that goes on resumes its own
-run. After the first comparison the best of every layout goes on before the second best of another one, since layouts
+run. Candidates are compared by what they will have reached at the next comparison if they go on as in their last
+design, and after the first one the best of every layout goes on before the second best of another one, since layouts
 begin at different speeds. Where the best does not reach its target after the last one, the same body with a further
 chamber is compared with it. What is wished for beside the tasks is in `by_wishes.py`.
 """
@@ -81,7 +82,7 @@ def propose(
         going = unbeaten_first(search, going)
     going, left = going[: (most := MOST_BY_WISHES if target.minimize else BEST)], going[most:]
     for each in left:
-        lost[each.name] = (search.behind(each, going, plan.stages[-1]), len(plan.stages))
+        lost[each.name] = (search.behind(each, going, plan.stages[-1], plan.stages[-1]), len(plan.stages))
     wanted = {_final(each): member(_final(each), each.posed, plan.designs, FINER, out / each.name) for each in going}
     ended = search.run(wanted, len(plan.stages) + 1, last=True)
     proposals = [_proposal(search, each, ended) for each in going]
@@ -95,7 +96,9 @@ def propose(
 
 def _compared(search: Search, going: list[Candidate], stage: int, lost: Lost) -> list[Candidate]:
     """The best of some candidates after the designs of a stage; why the others do not go on is added to `lost`."""
-    designs = search.plan.stages[stage]
+    stages = search.plan.stages
+    # Beyond the last comparison candidates are compared by what they do.
+    designs, coming = stages[stage], stages[min(stage + 1, len(stages) - 1)]
     wanted = {each.name: member(each.name, each.posed, designs) for each in going}
     ended = search.run(wanted, stage)
     if stage and not ended:
@@ -103,14 +106,14 @@ def _compared(search: Search, going: list[Candidate], stage: int, lost: Lost) ->
         return going
     for name in wanted.keys() - ended.keys():
         lost[name] = (f"there was no time for {designs} designs", stage - 1)
-    ranked = search.ranked([each for each in going if each.name in ended], designs, by_layout=stage == 0)
+    ranked = search.ranked([each for each in going if each.name in ended], designs, coming, by_layout=stage == 0)
     for each in list(ranked):
         if search.standing(each.name, designs) is None:
             lost[each.name] = (ended[each.name] or f"none of {designs} designs satisfies the limits", stage)
             ranked.remove(each)
     keep = max(BEST, math.ceil(KEPT * len(ranked)))
     for each in ranked[keep:]:
-        lost[each.name] = (search.behind(each, ranked[:keep], designs), stage)
+        lost[each.name] = (search.behind(each, ranked[:keep], designs, coming), stage)
     best = search.best_in_words(ranked[:keep], designs)
     search.said(f"{len(ranked)} candidates compared after {designs} designs; {best}")
     return ranked[:keep]
@@ -135,9 +138,9 @@ def _with(search: Search, going: list[Candidate], added: Candidate, lost: Lost) 
         none = f"none of {designs} designs satisfies the limits"
         lost[added.name] = (ended.get(added.name, f"there was no time for {designs} designs") or none, stage)
         return going
-    ranked = search.ranked([*going, added], designs)
+    ranked = search.ranked([*going, added], designs, designs)
     kept = ranked[: len(going)]
-    lost |= {each.name: (search.behind(each, kept, designs), stage) for each in ranked[len(going) :]}
+    lost |= {each.name: (search.behind(each, kept, designs, designs), stage) for each in ranked[len(going) :]}
     search.said(f"a further chamber, {added.name}: {search.achieved(added, designs)}")
     return kept
 

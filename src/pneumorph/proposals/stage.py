@@ -94,12 +94,16 @@ class Search:
                 ended[end.name] = "" if end.completed else end.reason
         return ended
 
-    def standing(self, name: str, designs: int) -> HistoryEntry | None:
-        """The last of so many designs of a run, if it satisfies the limits."""
+    def entries(self, name: str, designs: int) -> list[HistoryEntry]:
+        """Those of so many designs of a run that satisfy the limits."""
         directory = self.out / name
         if not (directory / "problem.toml").exists():
-            return None
-        entries = [entry for entry in open_run(directory).history() if entry.iteration <= designs and entry.held]
+            return []
+        return [entry for entry in open_run(directory).history() if entry.iteration <= designs and entry.held]
+
+    def standing(self, name: str, designs: int) -> HistoryEntry | None:
+        """The last of so many designs of a run, if it satisfies the limits."""
+        entries = self.entries(name, designs)
         return entries[-1] if entries else None
 
     def value(self, candidate: Candidate, designs: int) -> float:
@@ -111,23 +115,41 @@ class Search:
         """What that design does, in words."""
         return Proposal(candidate, None, self.standing(candidate.name, designs), False).achieved
 
-    def ranked(self, going: Sequence[Candidate], designs: int, by_layout: bool = False) -> list[Candidate]:
-        """Candidates, the best first; by layout the best of each come first, then the second best of each, and on."""
-        values = {each.name: self.value(each, designs) for each in going}
+    def promise(self, candidate: Candidate, designs: int, coming: int) -> tuple[float, float]:
+        """What a candidate is compared by: its objective after `coming` designs as its first ones promise, and now."""
+        history = self.entries(candidate.name, designs)
+        if not history:
+            return math.inf, math.inf
+        least = 0.0 if all(task.objective.aimed for task in candidate.posed.task) else -math.inf
+        return promised([each.objective for each in history], coming - designs, least), history[-1].objective
+
+    def ranked(self, going: Sequence[Candidate], designs: int, coming: int, by_layout: bool = False) -> list[Candidate]:
+        """Candidates by what they promise, the best first.
+
+        Parameters
+        ----------
+        going : the candidates.
+        designs : that they have.
+        coming : that the best of them will have.
+        by_layout : whether the best of each layout come first, then the second best of each, and on.
+        """
+        values = {each.name: self.promise(each, designs, coming) for each in going}
         best = sorted(going, key=lambda each: values[each.name])
         if not by_layout:
             return best
         alike = {each.layout: [other.name for other in best if other.layout == each.layout] for each in best}
         # Sorting keeps the order of what is alike.
-        return sorted(best, key=lambda each: (values[each.name] == math.inf, alike[each.layout].index(each.name)))
+        return sorted(best, key=lambda each: (values[each.name][0] == math.inf, alike[each.layout].index(each.name)))
 
-    def behind(self, candidate: Candidate, going: Sequence[Candidate], designs: int) -> str:
-        """Why others went on: one of the same layout was better, or else the last of those that did."""
+    def behind(self, candidate: Candidate, going: Sequence[Candidate], designs: int, coming: int) -> str:
+        """Why others went on: one of the same layout promised more, or else the last of those that did."""
         alike = [each for each in going if each.layout == candidate.layout]
-        least = max(alike or going, key=lambda each: self.value(each, designs))
+        least = max(alike or going, key=lambda each: self.promise(each, designs, coming))
         own, other = self.achieved(candidate, designs), self.achieved(least, designs)
         entry = self.standing(candidate.name, designs)
-        return f"after {entry.iteration if entry else 0} designs {own}, where {least.name} had {other}"
+        ahead = self.value(candidate, designs) < self.value(least, designs)
+        gaining = " and gained more in its last one" if ahead else ""
+        return f"after {entry.iteration if entry else 0} designs {own}, where {least.name} had {other}{gaining}"
 
     def best_in_words(self, going: Sequence[Candidate], designs: int) -> str:
         """The best of some candidates, and what it does."""
@@ -135,6 +157,23 @@ class Search:
             return "none satisfies the limits"
         best = min(going, key=lambda each: self.value(each, designs))
         return f"the best is {best.name}: {self.achieved(best, designs)}"
+
+
+def promised(objectives: Sequence[float], more: int, least: float = -math.inf) -> float:
+    """The objective after so many more designs, if each gains as much as the last one did.
+
+    Folds grow from almost nothing, at first by a factor in every design, and bodies that bend by themselves hardly gain
+    any more: objectives after two designs say less of those after six than this does.
+
+    Parameters
+    ----------
+    objectives : of the designs, in order.
+    more : how many there are to be.
+    least : that the objective can be.
+    """
+    last = objectives[-1]
+    gain = max(objectives[-2] - last, 0.0) if len(objectives) > 1 else 0.0
+    return max(last - more * gain, least)
 
 
 def member(name: str, problem: Problem, designs: int, finer: float = 1.0, begin: Path | None = None) -> Member:
