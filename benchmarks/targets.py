@@ -129,14 +129,18 @@ def table(rows: list[dict[str, Any]]) -> None:
         gap = f"{statistics.median(gaps):.2g} {'mm' if name in ('extend', 'lift') else '°'}" if gaps else "none"
         minutes = statistics.median(row["minutes"] for row in own)
         print(f"| {name} | {len(own)} | {sum(row['met'] for row in own)} | {gap} | {minutes:.1f} |")
-    print("\n| target | asked for | reached | minutes |")
-    print("|---|---|---|---|")
+    print("\n| target | reached by the large search | asked for | reached | met | minutes, of both |")
+    print("|---|---|---|---|---|---|")
     for row in rows:
         if row["stated"] is not None:
             unit = "mm" if row["class"] in ("extend", "lift") else "°"
-            reached = ["none"] if row["achieved"] is None else [f"{each:.3g} {unit}" for each in row["achieved"]]
-            told = ", ".join(f"{each:.3g} {unit}" for each in row["stated"])
-            print(f"| {row['class']} | {told} | {', '.join(reached)} | {row['minutes']:.1f} |")
+            largest, stated, reached = (
+                "none" if own is None else ", ".join(f"{each:.3g}" for each in own) + f" {unit}"
+                for own in (row["largest"], row["stated"], row["achieved"])
+            )
+            minutes = f"{row['minutes of the large search']:.1f}, {row['minutes']:.1f}"
+            met = "yes" if row["met"] else "no"
+            print(f"| {row['class']} | {largest} | {stated} | {reached} | {met} | {minutes} |")
     without = sum(row["stated"] is None for row in rows)
     if without:
         print(f"\n{without} of {len(rows)} have no target: the large search found nothing that moves as it should.")

@@ -9,8 +9,9 @@ import pytest
 from searches import FEW, TARGET, Runner
 
 from pneumorph.optimize.settings import LoopSettings
-from pneumorph.proposals import Plan, Target, propose, search
+from pneumorph.proposals import Plan, Proposal, Target, propose, search
 from pneumorph.proposals.candidates import draw_candidates
+from pneumorph.proposals.proposal import best_first
 from pneumorph.proposals.results import reaches, sheet_rows, write_table
 from pneumorph.proposals.stage import Clock, Search, cut_short, promised
 from pneumorph.run import open_run
@@ -132,6 +133,14 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
     assert set(names) < set(again.names)
     assert all(open_run(tmp_path / name).history()[-1].iteration > 1 for name in names)
     assert not any(cut_short(open_run(tmp_path / name)) for name in names)
+
+
+def test_the_best_comes_first_also_where_it_did_not_come_to_the_finer_mesh():
+    [candidate] = draw_candidates(TARGET, 1, 1)
+    coarse, fine = (SimpleNamespace(objective=own) for own in (-0.85, -0.56))
+    given = [Proposal(candidate, None, None, False), Proposal(candidate, None, fine, True)]
+    given.append(Proposal(candidate, None, coarse, False))
+    assert best_first(given) == given[::-1]
 
 
 @pytest.mark.slow

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -74,3 +75,8 @@ class Proposal:
             return ""
         tasks = self.candidate.posed.task
         return ", ".join(each.objective.achieved(self.entry.tasks[each.name]).beside_target for each in tasks)
+
+
+def best_first(proposals: Sequence[Proposal]) -> list[Proposal]:
+    """Proposals by their objectives, on whichever mesh: bodies differ by more than the few per cent that it changes."""
+    return sorted(proposals, key=lambda each: each.entry.objective if each.entry else math.inf)

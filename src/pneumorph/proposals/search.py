@@ -18,7 +18,7 @@ from pneumorph.proposals.by_wishes import designed_on, judged, measured, unbeate
 from pneumorph.proposals.candidates import Candidate, draw_candidates, why_none
 from pneumorph.proposals.estimates import impossible
 from pneumorph.proposals.further import with_further_chamber
-from pneumorph.proposals.proposal import Plan, Proposal
+from pneumorph.proposals.proposal import Plan, Proposal, best_first
 from pneumorph.proposals.stage import Clock, Runner, Search, cut_short, member, reached_in
 from pneumorph.proposals.target import Target
 from pneumorph.results.targets import Reached
@@ -85,8 +85,7 @@ def propose(
         lost[each.name] = (search.behind(each, going, plan.stages[-1], plan.stages[-1]), len(plan.stages))
     wanted = {_final(each): member(_final(each), each.posed, plan.designs, FINER, out / each.name) for each in going}
     ended = search.run(wanted, len(plan.stages) + 1, last=True)
-    proposals = [_proposal(search, each, ended) for each in going]
-    proposals.sort(key=lambda each: (not each.final, each.entry.objective if each.entry else math.inf))
+    proposals = best_first([_proposal(search, each, ended) for each in going])
     if target.minimize:
         proposals = measured(target, proposals)
         proposals = judged(target, [*proposals, *designed_on(search, proposals, len(plan.stages) + 2)])
