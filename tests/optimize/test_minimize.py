@@ -10,7 +10,7 @@ from tiny import tiny
 from pneumorph.analysis import analyse
 from pneumorph.analysis.slopes import design_gradient
 from pneumorph.mechanics import TOLERANCE
-from pneumorph.optimize import DesignAccepted, Finished, design
+from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, design
 from pneumorph.problem import Problem, loads
 from pneumorph.sensitivity import taylor_test
 
@@ -69,3 +69,23 @@ def test_designs_need_less_and_do_what_they_have_to(of):
     (end,) = [event for event in events if isinstance(event, Finished)]
     assert end.held
     assert found[-1].tasks["extend"].translation[2] == pytest.approx(least[-1], rel=1e-9)
+
+
+def rejected_and_least(problem: Problem) -> tuple[list[str], float]:
+    """Why steps were rejected, and the objective of the last design."""
+    events = list(design(problem, settings=BRIEFLY))
+    objectives = [event.entry.objective for event in events if isinstance(event, DesignAccepted)]
+    return [event.reason for event in events if isinstance(event, DesignRejected)], objectives[-1]
+
+
+def test_what_a_new_mesh_changes_of_a_motion_is_made_up_for(monkeypatch):
+    """By a correction of the trial: shorter steps would be as far beyond the limit. Without it two of them are
+    rejected, and 28 kPa are left."""
+    monkeypatch.setattr("pneumorph.optimize.trial.needs_remesh", lambda *_: "it is worn")
+    problem = asked("pressure", **{"optimizer.step": "0.2 mm", "optimizer.iterations": 4})
+    reasons, least = rejected_and_least(problem)
+    assert not reasons and least < 20.0
+    monkeypatch.setattr("pneumorph.optimize.loop.corrected", lambda tried: tried)
+    reasons, least = rejected_and_least(problem)
+    assert len(reasons) == 2 and all("limits.at_least.extension" in reason for reason in reasons)
+    assert least > 25.0

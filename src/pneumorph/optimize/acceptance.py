@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from pneumorph.analysis import Analysis, design_slopes
-from pneumorph.limits.limit import ROUNDING
 from pneumorph.optimize.buckling import buckles, lateral_excess
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.iterate import AnalysedDesign, Iterate, with_lateral_stiffness
@@ -161,7 +160,7 @@ def _has_equilibria(tried: Tried) -> Verdict:
 def _satisfies_state_limits(tried: Tried) -> Verdict:
     """Rejects a design whose states violate a limit, unless those of the current one do; the next expects it."""
     trial, current = tried.trial, tried.current
-    if trial.state_excess <= ROUNDING or current.states.violated:
+    if not trial.beyond_states or current.states.violated:
         return None
     curvature = current.states.curvature(trial.state_excess, tried.proposal.change)
     reason = f"it would be {100 * trial.state_excess:.2g} % beyond limits.{trial.state_limit}"

@@ -27,6 +27,7 @@ from pneumorph.limits.kinds.states import MARGIN
 from pneumorph.optimize.acceptance import ACCEPTANCE_TESTS, PROPOSAL_TESTS, Attempt, Ended, Tried, first_objection
 from pneumorph.optimize.castings import renewed
 from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.correction import corrected
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
 from pneumorph.optimize.finer import with_finer_mesh
 from pneumorph.optimize.iterate import Iterate, evaluate, looked_at, with_errors
@@ -130,8 +131,9 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
         if verdict is None:
             region = region.after_trial()
             trial = yield from analyse_trial(setup, current.number + 1, current.design, proposal.within.phi, clock)
+            tried = corrected(Tried(setup, current, region, asked, proposal, clock, trial))
+            trial, proposal = tried.trial, tried.proposal
             factorisations += trial.factorisations
-            tried = Tried(setup, current, region, asked, proposal, clock, trial)
             verdict = first_objection(ACCEPTANCE_TESTS, tried)
             if verdict is None:
                 following = _accept(tried)

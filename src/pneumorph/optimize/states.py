@@ -189,9 +189,17 @@ class StateLimits:
         excess = self.excess
         return Kept(phi, excess - np.maximum(excess + self.jacobian @ step, 0.0), self.jacobian, LEFT)
 
+    def to_meet(self, phi: np.ndarray) -> Kept:
+        """What a step from the design Φ (n,) is to leave for them."""
+        return Kept(phi, self.excess, self.jacobian, LEFT)
+
     def bent(self, curvature: float, length: float) -> StateLimits:
         """The same for steps of a length (mm), at the end of which c is larger by the curvature (1/mm²) times ½ℓ²."""
-        return replace(self, curved=0.5 * curvature * length**2)
+        return self.missing(0.5 * curvature * length**2)
+
+    def missing(self, curved: float) -> StateLimits:
+        """The same for a step at the end of which c is larger by so much."""
+        return replace(self, curved=curved)
 
     def curvature(self, worst: float, step: np.ndarray) -> float:
         """The curvature with which a step (n,) led to c = `worst`; 0 without a limit."""

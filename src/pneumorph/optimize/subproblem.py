@@ -2,8 +2,8 @@
 
 The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound on z. Each program has the limits linearised at
 the step so far (`limits.rows`) and is solved by a primal–dual method (`primal_dual.py`). The multipliers of the limits
-are kept from design to design, by kind and knot-span cell. Limits that remain violated are repaired afterwards
-(`within.py`).
+are kept from design to design, by kind and knot-span cell; those of limits on states begin anew (`pushing.py`). Limits
+that remain violated are repaired afterwards (`within.py`).
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from pneumorph.limits.table import ROWS
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.primal_dual import Pair, Program, improved
+from pneumorph.optimize.pushing import pushed
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Step
@@ -53,8 +54,8 @@ class ProgramSettings:
     """The programs contain measures of the shape above this value; 0 is the bound. Others are left out to save time."""
 
     push: float = 500.0
-    """Multiplier with which a limit on states begins that is exceeded, in mean derivatives of the objective for one of
-    its own: five of them for one per cent. From zero it would take more iterations than there are."""
+    """Multiplier of a limit on states for what no step in the box takes away of its excess, in mean derivatives of the
+    objective for one of its own: five of them for one per cent."""
 
     approach: float = 2.2
     """In radii: the programs contain distances that are no farther than this from their bound. Both walls of a gap may
@@ -87,15 +88,20 @@ class SequentialQuadratic:
         phi, proxy, radius, states
             As for `Stepper.step`.
         """
-        space = self.space
-        unit = max(float(np.abs(proxy.slope).mean()), 1e-300)
-        scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))
+        space, pull = self.space, PROGRAM.proximity / radius
         bounds = np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)
+        raw = np.reshape([self.smooth.transpose(row) for row in states.jacobian], states.jacobian.shape)
+        slope = proxy.slope
+        for _ in range(2):
+            # Derivatives are measured by the mean of those that the limits on states leave.
+            unit = max(float(np.abs(slope).mean()), 1e-300)
+            scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))
+            downhill = self.smooth.transpose(scaled.slope)
+            on_states = pushed(downhill, pull, raw, states.excess, *bounds, PROGRAM.push).multiplier
+            slope = proxy.slope + unit * on_states @ states.jacobian
         # Beginning with the step before promises some per cent more, but shapes become rough: they gain less, and the
         # meshes of some fail.
         z, multipliers, places = np.zeros(space.n), self.multipliers.copy(), None
-        mean = np.maximum(np.abs(states.jacobian).mean(axis=1), 1e-12)
-        on_states, pull = PROGRAM.push * np.maximum(states.excess, 0.0) / mean, PROGRAM.proximity / radius
         for number in range(PROGRAM.programs):
             counted("program")
             room = PROGRAM.narrowing**number * radius
@@ -122,6 +128,9 @@ class SequentialQuadratic:
             multipliers = np.zeros_like(multipliers)
             np.add.at(multipliers, (rows.kind, rows.cell), multiplier[: len(rows.kind)])
             on_states = multiplier[len(rows.kind) :]
+        if not states.violated:
+            # What programs leave of them would be left after a trial: the nearest step that meets them.
+            z = pushed(-z, 1.0, raw, states.excess, *bounds, PROGRAM.push).z
         return Step(self.smooth.apply(z), PROGRAM.programs, multipliers)
 
     def after(self, step: Step) -> SequentialQuadratic:

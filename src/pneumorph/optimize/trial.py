@@ -18,6 +18,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.errors import MeshError
 from pneumorph.limits.kinds.states import MARGIN
+from pneumorph.limits.limit import ROUNDING
 from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import between, needs_remesh, poor, relax, slide
 from pneumorph.mesh.quality import scaled_jacobian
@@ -65,6 +66,11 @@ class Trial:
     state_limit: str = ""
     reached: float = 1.0
 
+    @property
+    def beyond_states(self) -> bool:
+        """Whether its states violate a limit."""
+        return self.state_excess > ROUNDING
+
 
 @dataclass(frozen=True, eq=False)
 class _Followed:
@@ -88,27 +94,71 @@ def analyse_trial(
     phi : (n,) the new design.
     clock : counts the time.
     """
-    problem, before, count = setup.problem, now.analysis.value, now.disc.factorisations
+    before, count = now.analysis.value, now.disc.factorisations
     mesh = yield from _follow(setup, number, now, phi, clock)
     if isinstance(mesh, MeshError):
         return Trial(now.disc, None, str(mesh), before, remeshed=True, factorisations=0)
-    disc, lateral = mesh.disc, None
     with clock.phase("equilibrium"):
         analysis, reached = _solve(setup, now, mesh, phi)
-        if not isinstance(analysis, NoEquilibrium):
-            if disc is not now.disc and analysis.value > before:
-                before = _value_on(setup, disc, now.analysis, analysis)
-            # The last design of a run is judged before it is accepted.
-            last = number >= problem.optimizer.iterations
-            lateral = judge(disc, analysis, now.lateral.at_rest) if last else judge_after(disc, analysis, now.lateral)
-    spent = disc.factorisations - (0 if mesh.remeshed else count)
+    spent = Trial(mesh.disc, None, "", before, mesh.remeshed, 0 if mesh.remeshed else -count, reached=reached)
+    return _judged(setup, number, now, spent, analysis, clock)
+
+
+def analyse_again(setup: Setup, number: int, now: AnalysedDesign, trial: Trial, phi: np.ndarray, clock: Clock) -> Trial:
+    """Analyse a design near that of a trial, on its mesh, by the states of that.
+
+    Parameters
+    ----------
+    setup, number, now, clock : see `analyse_trial`.
+    trial : which was analysed.
+    phi : (n,) the design near it.
+    """
+    disc, settings = trial.disc, setup.settings.trial
+    assert trial.analysis is not None
+    count = disc.factorisations
+    most = settings.most if disc.model.contact is None else settings.most_in_contact
+    with clock.phase("equilibrium"):
+        starts = predict_states(setup.space, disc, trial.analysis, phi)
+        analysis = analyse(setup.problem, setup.space, disc, phi, starts, most=most, near=trial.analysis)
+    return _judged(setup, number, now, replace(trial, factorisations=trial.factorisations - count), analysis, clock)
+
+
+def _judged(
+    setup: Setup, number: int, now: AnalysedDesign, spent: Trial, analysis: Analysis | NoEquilibrium, clock: Clock
+) -> Trial:
+    """A trial with its states, once its stability and its limits are known.
+
+    Parameters
+    ----------
+    setup, number, now, clock : see `analyse_trial`.
+    spent : the trial without them, and its factorisations less those of its mesh before it.
+    analysis : its states.
+    """
+    problem, disc, before = setup.problem, spent.disc, spent.before
     if isinstance(analysis, NoEquilibrium):
-        return Trial(disc, None, analysis.reason, before, mesh.remeshed, spent, reached=reached)
+        done = spent.factorisations + disc.factorisations
+        return replace(spent, analysis=None, reason=analysis.reason, factorisations=done)
+    with clock.phase("equilibrium"):
+        if disc is not now.disc and analysis.value > before:
+            before = _value_on(setup, disc, now.analysis, analysis)
+        # The last design of a run is judged before it is accepted.
+        last = number >= problem.optimizer.iterations
+        lateral = judge(disc, analysis, now.lateral.at_rest) if last else judge_after(disc, analysis, now.lateral)
+    done = spent.factorisations + disc.factorisations
     with clock.phase("equilibrium"):
         if (bound := MARGIN.read(problem.limits)) is not None:
             expect_limit_points(now.analysis, analysis, bound)
         excess, limit = worst_state(problem, disc, analysis)
-    return Trial(disc, analysis, "", before, mesh.remeshed, spent, lateral, excess, limit)
+    return replace(
+        spent,
+        analysis=analysis,
+        before=before,
+        factorisations=done,
+        lateral=lateral,
+        state_excess=excess,
+        state_limit=limit,
+        reached=1.0,
+    )
 
 
 def _follow(
