@@ -91,14 +91,18 @@ class SequentialQuadratic:
         space, pull = self.space, PROGRAM.proximity / radius
         bounds = np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)
         raw = np.reshape([self.smooth.transpose(row) for row in states.jacobian], states.jacobian.shape)
-        slope = proxy.slope
-        for _ in range(2):
-            # Derivatives are measured by the mean of those that the limits on states leave.
+
+        def begun(slope: np.ndarray) -> tuple[Proxy, np.ndarray, np.ndarray]:
+            """The proxy over the mean of a slope (n,), multipliers of limits on states, and the slope they leave."""
             unit = max(float(np.abs(slope).mean()), 1e-300)
             scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))
             downhill = self.smooth.transpose(scaled.slope)
-            on_states = pushed(downhill, pull, raw, states.excess, *bounds, PROGRAM.push).multiplier
-            slope = proxy.slope + unit * on_states @ states.jacobian
+            multiplier = pushed(downhill, pull, raw, states.excess, *bounds, PROGRAM.push).multiplier
+            return scaled, multiplier, proxy.slope + unit * multiplier @ states.jacobian
+
+        # Derivatives are measured by the mean of those that the limits on states leave.
+        _, _, left = begun(proxy.slope)
+        scaled, on_states, _ = begun(left)
         # Beginning with the step before promises some per cent more, but shapes become rough: they gain less, and the
         # meshes of some fail.
         z, multipliers, places = np.zeros(space.n), self.multipliers.copy(), None
