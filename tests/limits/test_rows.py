@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from certifying import certified
 
+from pneumorph.limits.certify.places import NO_POINTS, Points
 from pneumorph.limits.of_shape import tube_limits
 from pneumorph.limits.table import BY_NAME, ROWS
 from pneumorph.limits.tube.measures.distances import closest_on_edge, nearest_fold
@@ -68,6 +69,63 @@ def test_the_worst_rows_are_what_the_report_sees(make_body, table, waved):
             assert worst > reading.value
         else:
             assert worst == pytest.approx(reading.attained, rel=0.01), kind
+
+
+def test_places_that_are_given_do_not_hide_worse_ones_beside_them(make_body, table, waved):
+    body = make_body(length=30.0, chambers=CHAMBERS["flat"])
+    body = body.with_control_points(waved(body, 1, wave=1.2))
+    spec = table(wall=1.0).model_copy(update={"curvature": 0.05})
+    limits, stretch = tube_limits(body, spec), ROWS.index("stretch")
+    rows = limits.rows(body, 0.0, -0.5)
+    surface, along = 1, limits.sampled(body).samples.spans[1][1]
+    places = rows.places["stretch"]
+    of_chamber = places.surface == surface
+    worst = np.argmax(np.where(of_chamber, places.attained, -np.inf))
+    # A quarter of a sample distance away: less than what two rows of a kind are apart at least.
+    beside = places.at[worst] + np.array([0.0, 0.25 / (8 * along), 0.0])
+    hiding = {name: NO_POINTS for name in rows.places}
+    hiding["stretch"] = Points(np.array([surface]), beside[None], np.zeros(1), np.zeros(1))
+    again = limits.rows(body, 0.0, -0.5, hiding)
+    assert again.value[again.kind == stretch].max() == pytest.approx(rows.value[rows.kind == stretch].max(), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_worst_rows_are_near_the_peaks_between_samples(make_body, table, waved, seed):
+    body = make_body(length=30.0, chambers=CHAMBERS["flat"])
+    body = body.with_control_points(waved(body, seed, wave=1.2))
+    every = table(envelope=9.0)
+    found = certified(body, every)
+    # Bounds at what is attained: peaks are sought where values are near them.
+    spec = every.model_copy(
+        update={
+            "curvature": found["curvature"].attained,
+            "skew": found["skew"].attained,
+            "stretch": every.stretch.model_copy(update={"limit": found["stretch"].attained}),
+        }
+    )
+    rows, found = tube_limits(body, spec).rows(body, 5.0, -0.5), certified(body, spec)
+    for kind in (*SQUARES, "envelope"):
+        value = rows.value[rows.kind == ROWS.index(kind)].max()
+        reading = found[kind]
+        worst = reading.bound * (1.0 + squared(value)) if kind in SQUARES else reading.bound + value * spec.wall
+        assert 0.999 * reading.attained < worst <= reading.value + 1e-9, kind
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_facing_walls_of_a_fold_are_measured_between_samples(make_body, table, seed):
+    body = make_body(length=30.0, chambers=((2.5, (0.0, 0.0), (3.0, 27.0), "flat"),), ripple=(1.6, 5.0))
+    points, outer = body.control_points(), body.slices[0]
+    inside = np.abs(points[:, 2] - 15.0) < 14.9
+    # The crests of the ripple are wider than its valleys, so that the walls between them are nearest in one place.
+    moved = 1.3 * np.sin(4.0 * np.pi * points[outer, 2:] / 5.0) * [0.0, 0.0, 1.0]
+    moved += np.random.default_rng(seed).normal(scale=0.15, size=moved.shape)
+    points[outer] += moved * inside[outer, None]
+    body, spec = body.with_control_points(points), table(envelope=30.0, wall=0.1)
+    fold = spec.fold.model_copy(update={"distance": certified(body, spec)["fold"].attained})
+    spec = spec.model_copy(update={"fold": fold})
+    rows, found = tube_limits(body, spec).rows(body, 1.0, -0.5), certified(body, spec)["fold"]
+    nearest = spec.fold.distance * (1.0 - rows.value[rows.kind == ROWS.index("fold")].max())
+    assert found.value - 1e-9 <= nearest < 1.05 * found.attained
 
 
 def test_places_that_are_given_are_rows_whatever_their_values(make_body, table, waved):

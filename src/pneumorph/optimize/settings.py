@@ -65,9 +65,6 @@ class MotionSettings:
     iterations: int = 200
     """Most changes of the multipliers. A motion that is stopped early is linearised again like any other."""
 
-    rounds: int = 8
-    """Most times that rows which the motion so far would not meet are added to those that it is computed for."""
-
 
 @dataclass(frozen=True)
 class RepairSettings:

@@ -123,7 +123,6 @@ def _within(search: _Search, phi: np.ndarray, far: Callable[[str], None]) -> tup
         least, stuck = (worst, 0) if progress else (least, stuck + 1)
         if worst > settings.hopeless or stuck == settings.certificates_in_vain:
             break
-        # New places come first: of places close together the first is kept.
         places = {
             name: joined(new, known) for name, known in places.items() if isinstance(new := report.places[name], Points)
         }

@@ -9,7 +9,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from pneumorph.limits.rows.sampled import DIGITS, rounded
+from pneumorph.limits.rows.sampled import CLOSE, DIGITS, rounded
+from pneumorph.limits.tube.measures.grid import Grid
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
@@ -37,6 +38,26 @@ def peaks_at(c: Floats, kind: Ints, row: Ints, column: Ints) -> tuple[Floats, Fl
     value, aside, up = np.empty((3, len(kind)))
     _locate(c, kind, row, column, value, aside, up)
     return value, aside, up
+
+
+def beside(samples: Grid, c: Floats, row: Ints, column: Ints) -> tuple[Floats, Floats]:
+    """q and r (m,) of some samples of c (rows, columns), those near their bound moved to the peaks expected there."""
+    peak, aside, up = peaks_at(c[None], np.zeros(len(row), dtype=np.int64), row, column)
+    return at_offset(samples, row, column, *np.where(peak > CLOSE, (aside, up), 0.0))
+
+
+def at_offset(samples: Grid, row: Ints, column: Ints, aside: Floats, up: Floats) -> tuple[Floats, Floats]:
+    """q and r (m,) of points at offsets from samples of a surface.
+
+    Parameters
+    ----------
+    samples : Grid
+    row, column : (m,) int arrays
+    aside, up : (m,) arrays
+        Along q and r, in sample distances.
+    """
+    q = (samples.q[column] + aside / len(samples.q)) % 1.0
+    return q, np.clip(samples.r[row] + up / (len(samples.r) - 1), 0.0, 1.0)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -83,9 +104,11 @@ def _peak(c, row, column):
 def _summit(before, here, after, start):
     """Offset from `start` to the peak of a parabola through values at -1, 0, 1, and its rise from there.
 
-    The peak is sought within half a step of `start`, but not beyond the three values.
+    The peak is sought within half a step of `start`, not beyond the three values, and not where one is infinite.
     """
     bend, slope = rounded(2.0 * here - before - after), rounded(after - before)
+    if not np.isfinite(bend):
+        return 0.0, 0.0
     place = 0.5 * slope / bend if bend > 0.0 else np.sign(slope)
     place = min(max(place, max(start - 0.5, -1.0)), min(start + 0.5, 1.0))
     rise = 0.5 * (slope * (place - start) - bend * (place * place - start * start))

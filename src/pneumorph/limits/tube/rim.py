@@ -26,6 +26,7 @@ from pneumorph.limits.tube.certify.hull_bounds import hull_bounds
 from pneumorph.limits.tube.enclosed import EnclosedTubes
 from pneumorph.limits.tube.measures.grid import Grid
 from pneumorph.limits.tube.measures.spline_fields import combined
+from pneumorph.limits.tube.peaks import beside
 from pneumorph.limits.tube.points import on_tube
 from pneumorph.limits.tube.sampled import SampledTubes
 from pneumorph.limits.tube.samples import FINE, LimitSamples, worst_samples
@@ -110,7 +111,7 @@ def _worst(limits: LimitSamples, body: Body, number: int, reach: float) -> Place
     c = 1.0 + np.einsum("rc,crq->rq", slope, x - surface.net[end, 0].T[..., None])
     own, least = limits.own_fine[number], -reach / RIM.bound(limits.spec)
     row, column, cell = worst_samples(c, own, FINE, limits.spans[number], least)
-    return Placed(number, limits.first[number] + cell, on_tube(samples.q[column], r[row]))
+    return Placed(number, limits.first[number] + cell, on_tube(*beside(samples, c, row, column)))
 
 
 def _within_edges(limits: LimitSamples, number: int) -> tuple[float, float]:

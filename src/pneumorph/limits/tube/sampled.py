@@ -16,6 +16,7 @@ from pneumorph.limits.rows.sampled import CLOSE, DIGITS, Couples, Placed, Sums, 
 from pneumorph.limits.tube.measures import expansion
 from pneumorph.limits.tube.measures.distances import (
     SampledSurface,
+    apart,
     closest_on_edge,
     closest_within,
     nearest_fold,
@@ -23,6 +24,7 @@ from pneumorph.limits.tube.measures.distances import (
 )
 from pneumorph.limits.tube.measures.expansion import NEARBY
 from pneumorph.limits.tube.measures.grid import SampledFields, sampled_fields
+from pneumorph.limits.tube.peaks import beside
 from pneumorph.limits.tube.points import on_tube, point_sums, sums_at
 from pneumorph.limits.tube.samples import COARSE, FINE, LimitSamples, cell_of, worst_samples
 
@@ -34,6 +36,11 @@ Ints = NDArray[np.integer]
 
 PER_SPAN = (2, 2)
 """Points per knot span in q and r at which shares of limits are drawn; each has the largest share around it."""
+
+
+OVER = 1.5
+"""Distances within a surface that are measured between samples, over their bound: in sharp folds those at samples are
+up to a third too large."""
 
 
 class _Aside(NamedTuple):
@@ -87,7 +94,7 @@ class SampledTubes:
     def worst(self, number: int, c: Floats, least: float) -> Placed:
         grid, samples = self.samples.coarse[number], self.samples
         row, column, cell = worst_samples(c, samples.own_coarse[number], COARSE, samples.spans[number], least)
-        return Placed(number, samples.first[number] + cell, on_tube(grid.q[column], grid.r[row]))
+        return Placed(number, samples.first[number] + cell, on_tube(*beside(grid, c, row, column)))
 
     def placed(self, number: int, at: Floats) -> Placed:
         return Placed(number, self.samples.first[number] + cell_of(self.samples, number, at[:, 0], at[:, 1]), at)
@@ -162,12 +169,15 @@ class SampledTubes:
         cell = _cell_of_samples(self.samples, number, tube, some)
         pick = worst_of_cells(-fold.distance[folds], cell)
         some, near, offset, facing = some[pick], near[pick], offset[pick], facing[pick]
-        distance = fold.distance[folds][pick]
-        aside = np.zeros((len(pick), 2))
-        edge = np.flatnonzero(~facing & (distance < (1.0 - CLOSE) * self.spec.fold.distance))
+        aside, close = np.zeros((len(pick), 2)), fold.distance[folds][pick] < OVER * self.spec.fold.distance
+        edge, wall = np.flatnonzero(close & ~facing), np.flatnonzero(close & facing)
         near[edge], offset[edge], aside[edge] = closest_on_edge(
             tube, neighbourhood, some[edge], near[edge], offset[edge]
         )
+        moved, closest = _closest_nearby(tube, some[wall], tube, near[wall], offset[wall])
+        # What would come into the neighbourhood stays.
+        counts = apart(tube.grid, some[wall], near[wall], moved - closest) >= neighbourhood
+        aside[wall[counts]], offset[wall[counts]] = moved[counts], closest[counts]
         return self._couples(_Aside(number, tube, some, aside), _Aside(number, tube, near, offset), cell[pick])
 
     def _couples(self, one: _Aside, other: _Aside, cell: Ints, outward: Floats | None = None) -> Couples:

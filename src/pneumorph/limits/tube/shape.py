@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from pneumorph.limits.tube.enclosed import EnclosedTubes
 from pneumorph.limits.tube.measures.formulas import MIN_AREA
 from pneumorph.limits.tube.measures.grid import Grid
 from pneumorph.limits.tube.measures.shape import differentiated, measured, measured_samples
-from pneumorph.limits.tube.peaks import expected_peaks, peaks_at
+from pneumorph.limits.tube.peaks import at_offset, expected_peaks, peaks_at
 from pneumorph.limits.tube.points import on_tube
 from pneumorph.limits.tube.sampled import SampledTubes
 from pneumorph.limits.tube.samples import FINE, LimitSamples, cell_of, worst_samples
@@ -53,8 +53,23 @@ bound and are nearer to linear in the control points: a row of the square itself
 _STEEP = 0.25
 """Share of the bound below which a root would be too steep, and goes on as its tangent."""
 
-AROUND = ((1, 1, 0, 0), (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0.5, 0), (0, 0, -0.5, 0), (0, 0, 0, 0.5), (0, 0, 0, -0.5))
-"""Places around a sample where a peak is sought: parts of its expected offsets along q and r, and sample distances."""
+EXPECTED = np.array([(1, 1), (1, 0), (0, 1)])
+"""Where a peak beside a sample is sought first: parts of its expected offsets along q and r."""
+
+CROSS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])
+STEPS = (0.5, 0.25)
+"""Then along q and r from the worst place so far, by these parts of a sample distance: at a kink on a knot line the
+expected offsets are wrong."""
+
+
+class _Places(NamedTuple):
+    """Points of a surface: kinds of measures, cells, q and r, and c, (m,) each."""
+
+    kind: Ints
+    cell: Ints
+    q: Floats
+    r: Floats
+    value: Floats
 
 
 def _scale_and_shift(spec: Limits) -> tuple[Floats, Floats]:
@@ -73,11 +88,9 @@ class Shapes:
         samples, body = at.samples, at.body
         scale, shift = _scale_and_shift(samples.spec)
         for number, surface in enumerate(body.surfaces):
-            given = _added(samples, number, near.places)
+            given = _added(samples, number, surface, scale, shift, near.places)
             worst = _worst_places(samples, number, surface, scale, shift, near.least)
-            kind, cell = (np.concatenate(pair) for pair in zip(given[:2], worst[:2], strict=True))
-            q, r = (np.concatenate(pair) for pair in zip(given[2:], worst[2:], strict=True))
-            kind, cell, q, r = _distinct(samples.fine[number], kind, cell, q, r)
+            kind, cell, q, r = _distinct(samples.fine[number], given, worst)
             value, entry, column = differentiated(surface, kind, q, r, samples.spec.stretch.form)
             excess = scale[kind] * value + shift[kind]
             c, slope = _straightened(kind, excess)
@@ -125,8 +138,8 @@ def _straightened(kind: Ints, excess: Floats) -> tuple[Floats, Floats]:
 
 def _worst_places(
     limits: LimitSamples, number: int, surface: TubeSurface, scale: Floats, shift: Floats, least: float
-) -> tuple[Ints, Ints, Floats, Floats]:
-    """Kind, cell, q and r of the worst samples of every cell; those near their bounds are moved to nearby peaks."""
+) -> _Places:
+    """The worst samples of every cell; those near their bounds are moved to nearby peaks."""
     samples, form = limits.fine[number], limits.spec.stretch.form
     own, spans = limits.own_fine[number], limits.spans[number]
     c = measured_samples(surface, samples, form, limits.seen_fine[number])
@@ -141,38 +154,56 @@ def _worst_places(
     value, q, r = c[kind, row, column], samples.q[column], samples.r[row]
     expected, aside, up = peaks_at(c, kind, row, column)
     close = np.flatnonzero(expected > CLOSE)
-    # Where the worst sample is on a knot line there is a kink, and the peak is on that line or half a step beside it.
-    for wide, high, half_q, half_r in AROUND:
-        along, above = wide * aside[close] + half_q, high * up[close] + half_r
-        peak_q = (samples.q[column[close]] + along / len(samples.q)) % 1.0
-        peak_r = np.clip(samples.r[row[close]] + above / (len(samples.r) - 1), 0.0, 1.0)
-        peak = scale[kind[close]] * measured(surface, kind[close], peak_q, peak_r, form) + shift[kind[close]]
-        worse = peak > value[close] + 10.0**-DIGITS
-        moved = close[worse]
-        value[moved], q[moved], r[moved] = peak[worse], peak_q[worse], peak_r[worse]
-    # Worst first: of places close together the first is kept.
-    order = np.argsort(-np.round(value, DIGITS), kind="stable")
-    return kind[order], cell[order], q[order], r[order]
+    across, along = np.zeros((2, len(close)))
+
+    def look(to_q: Floats, to_r: Floats) -> None:
+        """Move to the worst of places (tries, m), so that images move to images whatever the order of the tries."""
+        peak_q, peak_r = at_offset(samples, row[close], column[close], to_q, to_r)
+        kinds = np.broadcast_to(kind[close], to_q.shape)
+        flat = measured(surface, kinds.ravel(), peak_q.ravel(), peak_r.ravel(), form).reshape(to_q.shape)
+        peak = scale[kinds] * flat + shift[kinds]
+        of = np.argmax(np.round(peak, DIGITS), axis=0), np.arange(len(close))
+        worse = np.flatnonzero(peak[of] > value[close] + 10.0**-DIGITS)
+        of, moved = (of[0][worse], worse), close[worse]
+        value[moved], q[moved], r[moved] = peak[of], peak_q[of], peak_r[of]
+        across[worse], along[worse] = to_q[of], to_r[of]
+
+    look(*(parts[:, None] * each[close] for parts, each in zip(EXPECTED.T, (aside, up), strict=True)))
+    for step in STEPS:
+        look(*(here + step * parts[:, None] for parts, here in zip(CROSS.T, (across, along), strict=True)))
+    return _Places(kind, cell, q, r, value)
 
 
-def _distinct(samples: Grid, kind: Ints, cell: Ints, q: Floats, r: Floats) -> tuple[Ints, Ints, Floats, Floats]:
-    """Remove points that are less than half the sample distance from an earlier one."""
+def _distinct(samples: Grid, given: _Places, worst: _Places) -> tuple[Ints, Ints, Floats, Floats]:
+    """Kind, cell, q and r of all points but those within half the sample distance of another with a worse value."""
+    order = np.argsort(-np.round(np.concatenate([given.value, worst.value]), DIGITS), kind="stable")
+    kind, cell = (np.concatenate(pair)[order] for pair in ((given.kind, worst.kind), (given.cell, worst.cell)))
+    q, r = (np.concatenate(pair)[order] for pair in ((given.q, worst.q), (given.r, worst.r)))
     around, along = 2 * len(samples.q), 2 * (len(samples.r) - 1)
     place_q, place_r = np.round(q * around).astype(np.int64) % around, np.round(r * along).astype(np.int64)
     first = np.sort(np.unique((kind * around + place_q) * (along + 1) + place_r, return_index=True)[1])
     return kind[first], cell[first], q[first], r[first]
 
 
-def _added(limits: LimitSamples, number: int, places: Mapping[str, Points] | None) -> tuple[Ints, Ints, Floats, Floats]:
-    """Kind, cell, q and r of the given points on a surface, which get rows whatever their values."""
+def _added(
+    limits: LimitSamples,
+    number: int,
+    surface: TubeSurface,
+    scale: Floats,
+    shift: Floats,
+    places: Mapping[str, Points] | None,
+) -> _Places:
+    """The given points on a surface, which get rows whatever their values."""
     none = np.zeros(0, dtype=np.int64)
     if places is None:
-        return none, none, np.zeros(0), np.zeros(0)
+        return _Places(none, none, *np.zeros((3, 0)))
     parts = []
     for kind, limit in enumerate(_LIMITS):
         points = places[limit.name]
         here = points.surface == number
         q, r = points.at[here, 0], points.at[here, 1]
         parts.append((np.full(len(q), kind), cell_of(limits, number, q, r), q, r))
-    kind, cell, q, r = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return kind, cell, q, r
+    kind, cell = (np.concatenate([part[k] for part in parts]) for k in range(2))
+    q, r = (np.concatenate([part[k] for part in parts]) for k in range(2, 4))
+    value = scale[kind] * measured(surface, kind, q, r, limits.spec.stretch.form) + shift[kind]
+    return _Places(kind, cell, q, r, value)

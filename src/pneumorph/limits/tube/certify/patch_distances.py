@@ -26,7 +26,7 @@ Ints = NDArray[np.integer]
 _STARTS = 256  # pairs of patches from which the nearest points of two surfaces are sought
 _MAX_PAIRS = 256  # per patch: more pairs are near each other only where surfaces cross
 # Passes: most subdivisions of each pair, and whether only the needed bound is to be certified, not the full accuracy.
-_PASSES = ((60, False), (240, False), (960, False), (4000, True), (100_000, True))
+_PASSES = ((240, False), (960, False), (4000, True), (100_000, True))
 _WORK = 700  # subdivisions of all pairs in each pass, per patch
 _BROKEN = 0.5  # fraction of the limit: surfaces nearer than this need no accurate bounds
 _FAR = 2.0  # largest distance that is measured, relative to the limit

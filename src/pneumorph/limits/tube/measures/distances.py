@@ -292,7 +292,7 @@ def nearest_fold(tube: SampledSurface, neighbourhood: float, bound: float, sourc
     reach = float(np.hypot(bound, _FACING * _TOLERANCE))
     x = tube.x[source]
     away, near = facing_samples(x, -normals[source], tube.x, normals, reach)
-    counts = np.isfinite(away) & (_apart(tube.grid, source, near) >= neighbourhood)
+    counts = np.isfinite(away) & (apart(tube.grid, source, near) >= neighbourhood)
     distance = np.where(counts, np.linalg.norm(x - tube.x[near], axis=1), np.inf)
 
     facing = distance < edge_distance
@@ -404,13 +404,14 @@ def _ring(radius: float, step: float) -> list[tuple[float, float]]:
     return sorted({(i * around, j * along) for around, along in quarter for i in (1, -1) for j in (1, -1)})
 
 
-def _apart(grid: Grid, i: Ints, j: Ints) -> Floats:
-    """Distance in mm between samples i and j on the starting tube."""
+def apart(grid: Grid, i: Ints, j: Ints, aside: Floats | float = 0.0) -> Floats:
+    """Distance (n,) in mm on the starting tube of samples i from samples j, moved from each other by `aside` (n, 2)."""
     columns = len(grid.q)
     (row_i, column_i), (row_j, column_j) = np.divmod(i, columns), np.divmod(j, columns)
     diameter = grid.size[0] / np.pi * np.minimum(grid.frame.shrink[row_i, 0], grid.frame.shrink[row_j, 0])
-    chord = diameter * np.abs(np.sin(np.pi * (column_i - column_j) / columns))
-    return np.hypot(chord, (row_i - row_j) * grid.step[1])
+    moved = np.broadcast_to(aside, (len(i), 2))
+    chord = diameter * np.abs(np.sin(np.pi * ((column_i - column_j) / columns + moved[:, 0] / grid.size[0])))
+    return np.hypot(chord, (row_i - row_j) * grid.step[1] + moved[:, 1])
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
