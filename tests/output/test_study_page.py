@@ -36,6 +36,9 @@ def test_every_member_is_in_the_page_with_what_it_changes(folder):
     assert found["low"]["member"]["changes"] == {"task[0].pressure.A": "30 kPa"}
     assert found["low"]["member"]["without"] == ["waiting has no finished design."]
     assert len(found["high"]["history"]) == 3 and path.stat().st_size < 5e6
+    assert found["low"]["member"]["title"] == folder.name
+    titled = packed(write_study_page(folder, members, folder / "titled.html", title="Finger"))
+    assert [facts["member"]["title"] for facts, _ in titled] == ["Finger", "Finger"]
 
 
 def test_of_many_members_the_first_and_the_last_design_are_kept(folder, monkeypatch, tmp_path):

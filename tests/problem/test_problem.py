@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from texts import TWO_BESIDE, problem_text
+from tiny import tiny
 
 from pneumorph.errors import ProblemError, Renamed
 from pneumorph.problem import load, loads
@@ -204,3 +205,13 @@ def test_limits_on_states_that_a_problem_has_by_default():
 def test_what_limits_on_states_cannot_be(key, value):
     with pytest.raises(ProblemError, match=rf"^limits\.{key}: "):
         load(FOLDER / "small.toml").with_changes({f"limits.{key}": value})
+
+
+def test_less_than_a_vacuum_is_refused_in_one_line():
+    asked = loads(tiny())
+    key = "task[0].pressure.A"
+    assert asked.with_changes({key: "-101 kPa"})
+    for low, at in (("-150 kPa", key), ({"start": "0 kPa", "min": "-2 bar", "max": "1 kPa"}, f"{key}.min")):
+        with pytest.raises(ProblemError, match="below a vacuum") as caught:
+            asked.with_changes({key: low})
+        assert [str(fault).partition(":")[0] for fault in caught.value.faults] == [at]

@@ -96,3 +96,17 @@ def test_what_does_not_fit_is_refused_by_its_key(limits, of_task, key):
 def test_they_are_written_as_they_are_read():
     problem = two_tasks({"motion": {"tilt": "1 deg"}, "sensitivity": "2 deg/kPa"}, bend={"motion": {"shift": "3 mm"}})
     assert loads(problem.to_toml()) == problem
+
+
+def test_a_least_motion_the_other_way_is_told_with_its_sign():
+    def told(problem: Problem) -> dict[str, str]:
+        return {key: limit.asked(bound) for limit, key, bound in in_history(problem) if key.startswith("least")}
+
+    both = two_tasks({"at_least": {"bending_y": "-1 deg", "extension": "2 mm"}})
+    assert told(both) == {"least_bending_y_deg": "-1° or farther", "least_extension_mm": "at least 2 mm"}
+    # As far in two directions are two limits.
+    apart = two_tasks({"at_least": {"bending_y": "-1 deg"}}, bend={"at_least": {"bending_y": "1 deg"}})
+    assert told(apart) == {
+        "least_bending_y_deg of extend": "-1° or farther",
+        "least_bending_y_deg of bend": "at least 1°",
+    }

@@ -1,10 +1,12 @@
 """Published measurements: their files, the derivative of a lifted load, and what is said of differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from pneumorph.output.compared import compared_figure, csv_lines, grouped, markdown
+from pneumorph.output.compared import compared_figure, csv_lines, grouped, markdown, points, row
 from pneumorph.problem import load
 from pneumorph.problem.scaled import scaled
 from pneumorph.validation import Comparison, disc
@@ -33,6 +35,15 @@ def test_a_curve_without_points_says_why():
     )
     assert one.rms is None and one.normalised is None
     assert "it folds" in markdown([one]) and not grouped([one]) and len(list(csv_lines([one]))) == 1
+
+
+def test_a_measurement_without_a_stated_deviation_has_none():
+    one = comparison([1.0, 2.5, 3.5])
+    assert row(one)[6] == "0.3 mm" and "1 ± 0.3" in list(points(one))[1]
+    exact = replace(one, scatter=np.zeros(3))
+    assert row(exact)[6] == "–"
+    told = list(points(exact))[1]
+    assert told.split() == ["1", "1", "1", "±", "0.3"]
 
 
 def test_points_are_drawn_with_bars_of_two_deviations():

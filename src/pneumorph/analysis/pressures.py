@@ -18,6 +18,7 @@ from pneumorph import units
 from pneumorph.errors import ProblemError
 from pneumorph.mechanics import COMPONENTS
 from pneumorph.problem.components import COMPONENT_OF, POSE, component_of, is_turn
+from pneumorph.problem.gas import ATMOSPHERE, BELOW_VACUUM
 
 _SHAPE = re.compile(rf"\s*({units.NUMBER}(?::{units.NUMBER}:{units.NUMBER})?)\s*(\S.*)?")
 _FIX = "write A=60kPa for a constant pressure or A=0:60:5kPa for a sweep"
@@ -98,6 +99,8 @@ def pressure_paths(
                 f'pressure {name}={asked}: there is no chamber "{name}"; use one of {", ".join(chambers)}'
             )
         values[name] = _read(f"pressure {name}={asked}", asked, units.PRESSURE, _FIX)
+        if (values[name] < -ATMOSPHERE).any():
+            raise ProblemError(f"pressure {name}={asked}: {BELOW_VACUUM}")
     motions = {f"{obstacle}.{motion}": kind for obstacle in obstacles for motion, kind in MOTIONS.items()}
     for name, asked in (moves or {}).items():
         if name not in motions:

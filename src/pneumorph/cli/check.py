@@ -115,9 +115,9 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
         if value is None:
             continue
         kept = limit.satisfied(value, bound)
-        kind = "at least" if limit.at_least else "at most"
         violated += not kept
-        shown = f"{without_rounding(value):.3g}{limit.suffix}, must be {kind} {bound:g}{limit.suffix}"
+        shown = f"{limit.told * without_rounding(value):.3g}{limit.suffix}"
+        shown = f"{shown}, must be {limit.asked(bound)}"
         say(f"limit     {limit.word} is {shown}{'' if kept else '; violated'}", "" if kept else "red")
     if run is None and states.violated:
         setup = build_setup(asked)

@@ -106,7 +106,8 @@ def _is_beyond(limit: Limit, value: float | None, bound: float) -> bool:
 
 def _shown(limit: Limit, value: float | None, bound: float, unit: str = "") -> Text:
     """A limit's worst value: red and marked beyond its bound."""
-    number = "–" if value is None else (f"{value:.2f}" if limit.unit == "mm" else f"{value:.3f}") + unit
+    digits = 2 if limit.unit == "mm" else 3
+    number = "–" if value is None else f"{limit.told * value:.{digits}f}{unit}"
     if _is_beyond(limit, value, bound):
         return Text(number + MARK, style="red")
     assert value is not None

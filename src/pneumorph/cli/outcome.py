@@ -134,9 +134,11 @@ def limits_table(
         table.add_row(limit.word, worst, bound, reading.surface, *place)
     for limit, value, bound in of_states:
         kept = value is not None and limit.satisfied(value, bound)
-        shown = "–" if value is None else f"{without_rounding(value):.3g}{limit.suffix}"
+        shown = "–" if value is None else f"{limit.told * without_rounding(value):.3g}{limit.suffix}"
         worst = Text(shown if kept else f"{shown} {MARK}", style="" if kept else "red")
-        asked = f"{'≥' if limit.at_least else '≤'} {bound:g}{limit.suffix}"
+        # A motion the other way is as far as asked, or farther.
+        at_least = limit.at_least == (limit.told > 0.0)
+        asked = f"{'≥' if at_least else '≤'} {limit.told * bound:g}{limit.suffix}"
         table.add_row(limit.word, worst, asked, "all tasks")
     return table
 

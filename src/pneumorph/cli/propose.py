@@ -105,7 +105,7 @@ def propose(source: Path, out: Path | None, plan: Plan, workers: int | None, qui
         say_where(Text(f"the sheet could not be drawn: {error}"))
     if front := draw_front(title, best, folder):
         say_where(Text(f"what one wish costs of the other: {front}"))
-    say_where(Text(f"everything in one page: {write_page(best, folder)}"))
+    say_where(Text(f"everything in one page: {write_page(title, best, folder)}"))
     first = best[0]
     where, problem = quote(str(first.run)), quote(f"{first.run}/problem.toml")
     again = f"pneumorph design {problem} --out {where} --resume --iterations 40"

@@ -47,6 +47,8 @@ class Limit:
         Accuracy of certified values far from the bound, relative to the distance from it.
     of_all : bool
         Whether it is on a quantity of the whole body, which is nowhere.
+    told : 1.0 or -1.0
+        By which values are multiplied where they are shown: least motions are sizes, in a direction of their own.
     """
 
     name: str
@@ -59,11 +61,18 @@ class Limit:
     per: Literal["wall", "fold"] | None = None
     far: float = 0.01
     of_all: bool = False
+    told: float = 1.0
 
     @property
     def suffix(self) -> str:
         """The unit as it follows a number."""
         return f" {self.unit}" if self.unit.startswith(("mm", "N")) else self.unit
+
+    def asked(self, bound: float) -> str:
+        """What a value must be, in words: "at least 1°", or "-1° or farther" for a motion the other way."""
+        if self.told < 0.0:
+            return f"{self.told * bound:g}{self.suffix} or farther"
+        return f"{'at least' if self.at_least else 'at most'} {bound:g}{self.suffix}"
 
     @property
     def sign(self) -> float:

@@ -45,10 +45,10 @@ class Shortfall:
     motion: float
 
     def __str__(self) -> str:
-        kind, unit = "at least" if self.limit.at_least else "at most", self.limit.suffix
+        value = f"{self.limit.told * self.value:.3g}{self.limit.suffix}"
         return (
-            f"limits.{self.limit.name}: is {self.value:.3g}{unit} at the start, in task {self.task}, and must be "
-            f"{kind} {self.bound:g}{unit}"
+            f"limits.{self.limit.name}: is {value} at the start, in task {self.task}, and must be "
+            f"{self.limit.asked(self.bound)}"
         )
 
 

@@ -76,7 +76,7 @@ def row(one: Comparison) -> list[str]:
         counted,
         f"{one.rms:.3g} {one.unit}",
         share,
-        f"{one.scatter[free].mean():.2g} {one.unit}",
+        f"{one.scatter[free].mean():.2g} {one.unit}" if one.scatter[free].any() else "–",
         f"{one.error[free].mean():.2g} {one.unit}",
         f"{one.within} of {free.sum()}{ended}",
     ]
@@ -94,8 +94,13 @@ def points(one: Comparison) -> Iterator[str]:
     for at, seen, scatter, there, error, fitted in zip(
         one.at, one.measured, one.scatter, one.predicted, one.error, one.fitted, strict=True
     ):
-        pair = (f"{seen:.4g} ± {scatter:.2g}", f"{there:.4g} ± {error:.2g}")
+        pair = (_with_deviation(seen, scatter), _with_deviation(there, error))
         yield f"  {at:<24.5g}{pair[0]:>20}{pair[1]:>20}{'  fitted' if fitted else ''}"
+
+
+def _with_deviation(value: float, deviation: float) -> str:
+    """A value and its standard deviation; the value alone where none is known, which is 0."""
+    return f"{value:.4g} ± {deviation:.2g}" if deviation else f"{value:.4g}"
 
 
 def csv_lines(comparisons: Sequence[Comparison]) -> Iterator[str]:

@@ -30,7 +30,7 @@ def member_paths(folder: Path) -> list[Path]:
 
 
 @doing("writing the page")
-def write_study_page(folder: Path, members: Sequence[RunDirectory], path: Path | None = None) -> Path:
+def write_study_page(folder: Path, members: Sequence[RunDirectory], path: Path | None = None, title: str = "") -> Path:
     """Write the page of a study, by default as ``report.html`` in its directory.
 
     Parameters
@@ -38,6 +38,7 @@ def write_study_page(folder: Path, members: Sequence[RunDirectory], path: Path |
     folder : the directory of the study, after which the page is named.
     members : its runs; those without a design are named in the page.
     path : the file.
+    title : its heading; by default the name of the folder.
 
     Raises
     ------
@@ -47,7 +48,7 @@ def write_study_page(folder: Path, members: Sequence[RunDirectory], path: Path |
     begun = [run for run in members if run.latest() is not None]
     if not begun:
         raise ProblemError(f"{folder}: no member has a finished design yet; run pneumorph study first")
-    title = folder.resolve().name
+    title = title or folder.resolve().name
     without = [f"{run.path.name} has no finished design." for run in members if run.latest() is None]
     changes = changed([_flat(run) for run in begun])
     blocks = []

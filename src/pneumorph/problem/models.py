@@ -22,6 +22,7 @@ from pneumorph.errors import Renamed, short
 from pneumorph.problem.components import COMPONENT_OF, component_of, is_turn, renamed
 from pneumorph.problem.directions import Direction, Number
 from pneumorph.problem.envelope import Envelope
+from pneumorph.problem.gas import ATMOSPHERE, BELOW_VACUUM
 from pneumorph.problem.names import Name
 from pneumorph.problem.objectives import ObjectiveSpec
 from pneumorph.problem.objectives.table import RotationVector
@@ -192,6 +193,12 @@ class Pressure(Variable):
     """Upper bound."""
     same_as: Name | None = None
     """A chamber with which it shares one supply: nothing else is given then, e.g. B = { same_as = "A" }."""
+
+    @model_validator(mode="after")
+    def _no_less_than_vacuum(self) -> "Pressure":
+        if self.min >= -ATMOSPHERE:
+            return self
+        raise InvalidKey("min", BELOW_VACUUM) if self.free else ValueError(BELOW_VACUUM)
 
     @model_serializer(mode="wrap")
     def _as_in_the_file(self, write: SerializerFunctionWrapHandler) -> Any:

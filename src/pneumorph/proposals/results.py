@@ -149,15 +149,15 @@ def write_table(proposals: Sequence[Proposal], out: Path) -> Path:
     return path
 
 
-def write_page(proposals: Sequence[Proposal], out: Path) -> Path:
-    """Write the page of proposals that have designs.
+def write_page(title: str, proposals: Sequence[Proposal], out: Path) -> Path:
+    """Write the page of proposals that have designs, headed by the title of their target.
 
     Raises
     ------
     ProblemError
         If the file cannot be written.
     """
-    return write_study_page(out, [open_run(each.run) for each in proposals if each.run is not None])
+    return write_study_page(out, [open_run(each.run) for each in proposals if each.run is not None], title=title)
 
 
 def draw_proposals(title: str, proposals: Sequence[Proposal], out: Path) -> Path:

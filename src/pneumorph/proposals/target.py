@@ -22,6 +22,7 @@ from pydantic import Field, Strict, ValidationError, field_validator, model_vali
 
 from pneumorph import units
 from pneumorph.errors import ProblemError
+from pneumorph.problem.gas import ATMOSPHERE, BELOW_VACUUM
 from pneumorph.problem.material import Material
 from pneumorph.problem.models import MOST_TASKS, EndEffector, Gravity, Limits, Pressure, Task
 from pneumorph.problem.reading import read_toml
@@ -105,6 +106,8 @@ class PressureRange(Table):
     def _in_order(self) -> PressureRange:
         if self.max <= self.min:
             raise InvalidKey("max", "is not above min; give the largest pressure that your supply has")
+        if self.min < -ATMOSPHERE:
+            raise InvalidKey("min", BELOW_VACUUM)
         return self
 
 

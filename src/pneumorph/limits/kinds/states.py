@@ -125,15 +125,30 @@ def of_tasks(limit: Limit, problem: Problem) -> list[tuple[Limit, float, tuple[s
     """A limit with its bound and the tasks that have it: once if the bounds are the same, else for every task."""
     bounds = {task.name: bound_of(limit, problem, task) for task in problem.task}
     given = {name: bound for name, bound in bounds.items() if bound is not None}
-    if len(set(given.values())) == 1:
-        return [(limit, next(iter(given.values())), tuple(given))]
+    told = {task.name: _told(limit, problem, task) for task in problem.task if task.name in given}
+    if len({(given[name], told[name]) for name in given}) == 1:
+        (first, *_) = given
+        shown = limit if told[first] == limit.told else replace(limit, told=told[first])
+        return [(shown, given[first], tuple(given))]
     return [
         (
             replace(
-                limit, name=f"{limit.name} of {name}", word=f"{limit.word} of {name}", key=f"{limit.key} of {name}"
+                limit,
+                name=f"{limit.name} of {name}",
+                word=f"{limit.word} of {name}",
+                key=f"{limit.key} of {name}",
+                told=told[name],
             ),
             bound,
             (name,),
         )
         for name, bound in given.items()
     ]
+
+
+def _told(limit: Limit, problem: Problem, task: Task) -> float:
+    """1.0, or -1.0 where the values of a limit are shown with the other sign: those of a negative least motion."""
+    for name, least in LEAST.items():
+        if least is limit:
+            return direction(name, problem, task)
+    return 1.0
