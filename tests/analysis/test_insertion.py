@@ -61,6 +61,16 @@ def test_places_have_room_and_are_apart():
     assert not list(best_insertions(known, wall=1.0, least=5.0, count=5))
 
 
+def test_an_image_has_the_pressures_that_are_best_there():
+    # Of half a body: the image in its mirror plane has the same state, that in the other plane has not.
+    places, pressures = np.array([[-5.0, 3.0, 8.0], [5.0, 3.0, 8.0]]), {"t": np.array([0.06, 0.0])}
+    known = Insertions(places, np.full(2, 4.0), np.ones(2), pressures, {"t": np.ones((6, 2))}, ("xz",))
+    assert [known.pressures_at(np.array([x, y, 8.0]))["t"] for x in (-5.1, 5.1) for y in (3.0, -3.0)] == [
+        *(0.06, 0.06),
+        *(0.0, 0.0),
+    ]
+
+
 def test_the_cut_of_tetrahedra_has_their_area_and_is_in_the_plane():
     # Of a cube of six tetrahedra around its diagonal, cut at some height, and along a diagonal plane.
     paths = [np.eye(3)[list(order)].cumsum(axis=0) for order in permutations(range(3))]

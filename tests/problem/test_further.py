@@ -45,6 +45,15 @@ def test_its_pressure_is_designed_where_others_are():
     assert (designed.task[0].pressure["B"].min, designed.task[0].pressure["B"].max) == (0.0, pytest.approx(0.06))
 
 
+def test_images_may_have_pressures_of_their_own():
+    def pressures(place):
+        return {"extend": 0.06 if place[0] < 0.0 else 0.0}
+
+    further = with_further_chamber(body(), (-6.0, 6.5, 8.0), 2.0, pressures, (0.0, 0.06))
+    starts = {each.center[0]: further.task[0].pressure[each.name].start for each in further.body.chamber[1:]}
+    assert starts == {-6.0: pytest.approx(0.06), 6.0: 0.0}
+
+
 def test_there_must_be_room():
     with pytest.raises(ProblemError, match=r"body.chamber"):
         added(body(), (4.0, 0.0, 8.0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -16,6 +16,7 @@ from pneumorph.mesh.tets import is_cut
 from pneumorph.problem import Problem, with_further_chamber
 from pneumorph.sensitivity import gradient, tip_motion_adjoints
 from pneumorph.sensitivity.insertion import insertion_slopes
+from pneumorph.symmetry.part import Part, images_of
 
 APART = 2.0
 """Places that are told are farther apart than this times the room around the better one."""
@@ -43,6 +44,8 @@ class Insertions:
         The pressure in the void at which the task gains most, MPa.
     motions : {task: (6, E)}
         How the tip then moves: translation in mm and rotation vector in rad, per mm³.
+    part : Part
+        Which part of the body that is.
     """
 
     places: np.ndarray
@@ -50,6 +53,18 @@ class Insertions:
     gain: np.ndarray
     pressures: Mapping[str, np.ndarray]
     motions: Mapping[str, np.ndarray]
+    part: Part = ()
+
+    def pressures_at(self, place: np.ndarray) -> dict[str, float]:
+        """The pressures (MPa) of the tasks in a void anywhere in the body, those of the nearest of the places.
+
+        Parameters
+        ----------
+        place : (3,) mm
+        """
+        distance, near = KDTree(self.places).query(images_of(self.part) @ place)
+        nearest = np.asarray(near)[np.argmin(distance)]
+        return {name: float(each[nearest]) for name, each in self.pressures.items()}
 
 
 @dataclass(frozen=True)
@@ -65,6 +80,8 @@ class Insertion:
         How much farther the tip goes, in mm and rad: per volume, times the volume of the sphere.
     gain : float
         Of the weighted sum of the objectives, in the same way.
+    found : Insertions
+        Where it was found, which knows of its images: those that loads and pressures tell from it have other pressures.
     """
 
     place: tuple[float, float, float]
@@ -72,6 +89,7 @@ class Insertion:
     pressures: Mapping[str, float]
     motions: Mapping[str, tuple[float, ...]]
     gain: float
+    found: Insertions = field(repr=False, compare=False)
 
 
 @doing("finding where a further chamber would help")
@@ -106,7 +124,8 @@ def find_insertions(problem: Problem, disc: Discretisation, analysis: Analysis) 
     mesh = disc.morph.mesh.at(analysis.X)
     places = analysis.X[mesh.tets[:, :4]].mean(axis=1)
     skin = np.unique(np.concatenate([nodes.ravel() for name, nodes in mesh.faces.items() if not is_cut(name)]))
-    return Insertions(places, KDTree(analysis.X[skin]).query(places)[0], gain, pressures, motions)
+    room = KDTree(analysis.X[skin]).query(places)[0]
+    return Insertions(places, room, gain, pressures, motions, disc.model.part)
 
 
 def pressure_range(problem: Problem) -> tuple[float, float]:
@@ -139,6 +158,7 @@ def best_insertions(found: Insertions, wall: float, least: float, count: int) ->
             {name: float(each[best]) for name, each in found.pressures.items()},
             {name: tuple((volume * each[:, best]).tolist()) for name, each in found.motions.items()},
             float(worth[best]),
+            found,
         )
         near = np.linalg.norm(found.places - found.places[best], axis=1) < APART * found.room[best]
         worth[near] = -np.inf
@@ -165,7 +185,7 @@ def with_further(problem: Problem, places: Sequence[Insertion]) -> tuple[Problem
         radius = each.radius
         for _ in range(TRIES):
             try:
-                return with_further_chamber(problem, each.place, radius, each.pressures, bounds), each
+                return with_further_chamber(problem, each.place, radius, each.found.pressures_at, bounds), each
             except ProblemError as error:
                 refused, radius = error, SMALLER * radius
     assert refused is not None, "of no place nothing is asked"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def with_further_chamber(
     problem: Problem,
     place: Sequence[float],
     radius: float,
-    pressures: Mapping[str, float],
+    pressures: Mapping[str, float] | Callable[[np.ndarray], Mapping[str, float]],
     bounds: tuple[float, float],
 ) -> Problem:
     """The problem with a spherical chamber more, and one in every place to which the symmetry of the body maps it.
@@ -32,8 +32,8 @@ def with_further_chamber(
         Centre of the sphere.
     radius : float
         mm.
-    pressures : {task: MPa}
-        In it; where a task designs its other pressures, in it at the start.
+    pressures : {task: MPa}, or a function of a place (3,) in mm
+        In it and its images, which the function may tell apart; where a task designs its other pressures, at the start.
     bounds : of pressures that are designed, MPa.
 
     Raises
@@ -56,9 +56,9 @@ def with_further_chamber(
         )
     x, y, z = place
     length, wall = problem.tubes.length, problem.limits.wall
-    own = np.array([x, y, z - radius, z + radius, radius])
+    sphere = np.array([x, y, z - radius, z + radius, radius])
     group = operations(problem.body.symmetry)
-    centres = _centres(own, group, length, 2.0 * radius + wall)
+    centres = _centres(sphere, group, length, 2.0 * radius + wall)
     table, taken = table_of(problem), {chamber.name for chamber in problem.body.chamber}
     free = [name for name in map(letters, range(len(taken) + len(centres))) if name not in taken]
     for name, (x, y, start, end, _) in zip(free, centres.tolist(), strict=False):
@@ -71,10 +71,11 @@ def with_further_chamber(
                 "ends": "pole",
             }
         )
+        own = pressures(np.array([x, y, 0.5 * (start + end)])) if callable(pressures) else pressures
         for task in table["task"]:
             if "pressure" not in task:
                 continue
-            given = f"{1e3 * min(max(pressures[task['name']], bounds[0]), bounds[1]):.6g} kPa"
+            given = f"{1e3 * min(max(own[task['name']], bounds[0]), bounds[1]):.6g} kPa"
             low, high = (f"{1e3 * bound:.6g} kPa" for bound in bounds)
             designed = any(isinstance(value, dict) and "start" in value for value in task["pressure"].values())
             task["pressure"][name] = {"start": given, "min": low, "max": high} if designed else given
