@@ -70,9 +70,10 @@ class ComputationError(PneumorphError):
 
 
 class Hopeless(ComputationError):
-    """The keys of a problem are valid, but nothing can come of them together (exit status 2).
+    """What was given is valid key by key, but nothing can come of it together (exit status 2).
 
-    Its start has no state, or no body near it satisfies the limits.
+    The start of a problem has no state, or no body near it satisfies the limits; a measured curve is not one of the
+    body; no pressures within the bounds have a stable state.
     """
 
 

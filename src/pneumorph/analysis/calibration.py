@@ -14,7 +14,7 @@ where G are their changes by parameters, and by what the noise of the curve leav
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -33,7 +33,7 @@ from pneumorph.analysis.constants import (
 from pneumorph.analysis.surface_motions import offset
 from pneumorph.analysis.tolerances import LOADS, MODULUS, as_cast, pressure_of
 from pneumorph.doing import doing
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import Hopeless, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import Configuration, Equilibrium, State, Tangent, predict, solve
 from pneumorph.mechanics.elements.terms import Loads
@@ -55,6 +55,10 @@ UNITS = {"%": 0.01, "mm": 1.0, "kPa": 1e-3}
 MOST_STEPS, ENOUGH, OF_DEVIATION = 12, 1e-5, 1e-3
 """Most Gauss–Newton steps, and the largest step after which there are no more: in percent, mm and kPa, or relative to
 the standard deviations of the parameters."""
+
+SHORT, OF_INTERVAL = 1e-3, 0.1
+"""A search that ends is told to have ended early where its last step was longer than this, in percent, mm and kPa, and
+than this part of the standard deviations."""
 
 APART = 0.98
 """Correlation above which two parameters do the same to the curve, so that it tells their sum alone."""
@@ -101,6 +105,8 @@ class Calibration:
         What they make up for per relative change of a constant that is not as the problem says, A⁺S.
     before, after : (n,) mm and rad, N and N·mm, mm³
         The curve with the problem's rubber and walls, and with the fitted ones.
+    short : {name: value}
+        Parameters that the last step still changed by so much, where the search ended before the nearest curve.
     """
 
     names: Sequence[str]
@@ -110,6 +116,7 @@ class Calibration:
     made_up: Mapping[str, np.ndarray]
     before: np.ndarray
     after: np.ndarray
+    short: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def constants(self) -> dict[str, float]:
@@ -151,7 +158,9 @@ def calibrate(problem: Problem, body: Body, task: Task, curve: Curve, names: Seq
     ProblemError
         If the body has free obstacles or friction, or chambers that are sealed or filled to a volume.
     ComputationError
-        If a state is not found, or the parameters cannot be fitted.
+        If a state is not found.
+    Hopeless
+        If the curve is not one of this body, or does not determine the parameters.
     """
     if free := [each.name for each in problem.obstacle if each.free is not None]:
         raise ProblemError(f"obstacle {free[0]}: is free; only bodies on fixed obstacles can be calibrated")
@@ -181,20 +190,21 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
                 break
         else:
             if np.sqrt(cost / len(here.values)) > FAR * np.abs(fit.curve.values).max():
-                raise ComputationError(
+                raise Hopeless(
                     f"no other values of {', '.join(names)}, with moduli within a factor of {MOST_FACTOR:g}, bring the "
                     f"body nearer to the measured curve; {CHECK}"
                 )
             break
-        theta, here = theta + part * step, there
+        step = part * step
+        theta, here = theta + step, there
         cost = float(np.sum((here.values - fit.curve.values) ** 2))
         enough = np.maximum(ENOUGH, OF_DEVIATION * _deviations(slopes, cost))
-        if np.all(np.abs(part * step) < enough):
+        if np.all(np.abs(step) < enough):
             break
     left, largest = np.sqrt(cost / len(here.values)), np.abs(fit.curve.values).max()
     if left > NEAR * largest:
         share = 100 * left / largest
-        raise ComputationError(f"the nearest curve leaves differences of {share:.2g} % of the largest value; {CHECK}")
+        raise Hopeless(f"the nearest curve leaves differences of {share:.2g} % of the largest value; {CHECK}")
     slopes = here.slopes(names) * units
     # A point that no parameter moves, such as one without pressure, tells nothing of what the others are off by.
     tells = np.linalg.norm(slopes, axis=1) > NOTHING * np.linalg.norm(slopes, axis=1).max()
@@ -203,8 +213,10 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
     information = slopes.T @ slopes
     if free < 1 or not np.linalg.cond(information) <= 1e14:
         more = "fit fewer parameters" if len(names) > 1 else "give points at other pressures"
-        raise ComputationError(f"the curve does not determine {' and '.join(names)}; {more}")
-    half = students.ppf(0.975, free) * _deviations(slopes, cost)
+        raise Hopeless(f"the curve does not determine {' and '.join(names)}; {more}")
+    deviations = _deviations(slopes, cost)
+    half = students.ppf(0.975, free) * deviations
+    early = np.abs(step) > np.maximum(SHORT, OF_INTERVAL * deviations)
     known = [name for each in here.known.values() for name in each.names]
     made_up = np.linalg.lstsq(slopes, here.slopes(known)[tells], rcond=None)[0] if known else np.zeros((len(names), 0))
     return Calibration(
@@ -215,6 +227,7 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
         dict(zip(known, made_up.T, strict=True)),
         before,
         here.values,
+        {name: float(each) for name, each, long in zip(names, step, early, strict=True) if long},
     )
 
 

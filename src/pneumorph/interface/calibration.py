@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from pneumorph.analysis.along import Curve
 from pneumorph.analysis.calibration import PARAMETERS, Calibration, calibrate, covariance_after
 from pneumorph.analysis.constants import changed, rubbers_in
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import Hopeless, ProblemError
 from pneumorph.geometry import Body
 from pneumorph.interface.other_loads import under_loads
 from pneumorph.problem import Problem, Task
@@ -87,7 +87,9 @@ def calibrated(
     ProblemError
         If the file has no curve, or a name is unknown.
     ComputationError
-        If a state is not found, or the curve does not determine what is fitted.
+        If a state is not found.
+    Hopeless
+        If the curve is not one of this body, or does not determine what is fitted.
     """
     require_parameters(names, problem)
     measured, curve = curve_in(path, problem, pressures)
@@ -183,7 +185,7 @@ def with_found(problem: Problem, fit: Calibration) -> Problem:
 
     Raises
     ------
-    ComputationError
+    Hopeless
         If the constants that were found are none of a rubber.
     """
     found = {}
@@ -206,13 +208,18 @@ def _scaled(material: Material, factor: float, told: Sequence[str] = ()) -> Mate
         return scaled(material, factor, name=f"{material.name}, calibrated", source=source)
     except ValidationError as error:
         key, reason = faults_of(error)[0]
-        raise ComputationError(f"no rubber has the constants found: {key} {reason}; fit fewer of them") from None
+        raise Hopeless(f"no rubber has the constants found: {key} {reason}; fit fewer of them") from None
 
 
 def _lines(measured: Measured, fit: Calibration) -> Iterator[str]:
     told = shown(measured.quantity)
     for name, value, half in zip(fit.names, fit.values, fit.half, strict=True):
         yield f"{WORDS.get(name, name)}: {value:+.3g} ± {half:.2g} {PARAMETERS.get(name, '%')} (95 %)"
+    for name, by in fit.short.items():
+        yield (
+            f"the search ended before the nearest curve: its last step still changed {WORDS.get(name, name)} by "
+            f"{by:+.2g} {PARAMETERS.get(name, '%')}; fit fewer parameters, or measure more points"
+        )
     for one, other in fit.together:
         yield f"this curve does not tell {WORDS.get(one, one)} and {WORDS.get(other, other)} apart; fit one of them"
     for name in fit.undetermined:

@@ -12,7 +12,7 @@ import numpy as np
 
 from pneumorph.analysis.explore import Explorer
 from pneumorph.analysis.reaching import WANTED, Reached, Reaching
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import Hopeless, ProblemError
 from pneumorph.problem import Problem
 from pneumorph.problem.components import COMPONENT_OF, MOTION_OF, MOTIONS, PUSH, PUSHES, is_turn
 from pneumorph.problem.objectives.words import MOTION_WORDS
@@ -94,7 +94,7 @@ def inverse(
     ------
     ProblemError
         If bounds are no pressures, or a motion is to change that is held.
-    ComputationError
+    Hopeless
         If the body has no stable equilibrium within the bounds.
     """
     for each in wanted:
@@ -106,7 +106,7 @@ def inverse(
     for each in wanted:
         found = search.reach(each)
         if found is None:
-            raise ComputationError("no stable equilibrium was found within the bounds of the pressures; lower them")
+            raise Hopeless("no stable equilibrium was found within the bounds of the pressures; lower them")
         answers.append(PressuresFound(each, found))
     return answers
 

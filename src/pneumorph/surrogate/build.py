@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from pneumorph.doing import doing
-from pneumorph.errors import ComputationError
+from pneumorph.errors import Hopeless
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.surrogate.domain import Domain, whole
 from pneumorph.surrogate.modes import Modes, modes_of
@@ -145,14 +145,14 @@ def build(
 
     Raises
     ------
-    ComputationError
+    Hopeless
         If there is no stable state within the bounds.
     """
     search, rng = _Search(states), np.random.default_rng(1)
     with doing("sampling states") as far:
         search.find_domain(far)
         if not search.samples:
-            raise ComputationError("no stable state was found within the bounds of the pressures; lower them")
+            raise Hopeless("no stable state was found within the bounds of the pressures; lower them")
         batch = HELD_OUT // 2 * (1 + len(states.bounds) // 3)
         search.add(search.domain.drawn(batch, rng, dense=True), far)
         while True:
@@ -185,7 +185,7 @@ class _Search:
 
         Raises
         ------
-        ComputationError
+        Hopeless
             If nothing is left of it.
         """
         if not self.samples:
@@ -198,7 +198,7 @@ class _Search:
                 every = np.array([each.pressures for each in self.samples])
                 self.domain = self.domain.with_corners(every[self.domain.holds(every)])
         if not len(self.domain.corners):
-            raise ComputationError("no stable state was found within the bounds of the pressures; lower them")
+            raise Hopeless("no stable state was found within the bounds of the pressures; lower them")
 
     def _is_known(self, corner: np.ndarray) -> bool:
         size = self.domain.size

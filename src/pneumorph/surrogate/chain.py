@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.errors import Hopeless, ProblemError
 from pneumorph.surrogate.states import Sample, States
 
 HELD_OUT = 5
@@ -75,7 +75,7 @@ def fitted_chain(states: States, stations: np.ndarray) -> Chain:
     ------
     ProblemError
         If a motion of the tip that the chain has is held.
-    ComputationError
+    Hopeless
         If a state is missing.
     """
     bounds, count = states.bounds, len(states.names)
@@ -118,7 +118,7 @@ def _found(states: States, pressures: np.ndarray) -> Sample:
     if isinstance(found, Sample):
         return found
     at = ", ".join(f"{name} {1e3 * p:.4g} kPa" for name, p in zip(states.names, pressures, strict=True))
-    raise ComputationError(f"chain: at {at}: {found}; give narrower bounds")
+    raise Hopeless(f"chain: at {at}: {found}; give narrower bounds")
 
 
 def _coordinates(stations: np.ndarray, sample: Sample) -> np.ndarray:
