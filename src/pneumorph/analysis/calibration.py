@@ -178,7 +178,7 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
     """The parameters of a curve by steps from solved states of the body as it is designed."""
     units = np.array([UNITS[PARAMETERS.get(name, "%")] for name in names])
     longest = np.array([LONGEST if is_constant(name) else np.inf for name in names])
-    before, theta = here.values, np.zeros(len(names))
+    before, theta, step = here.values, np.zeros(len(names)), np.zeros(len(names))
     cost = float(np.sum((here.values - fit.curve.values) ** 2))
     for _ in range(MOST_STEPS):
         slopes = here.slopes(names) * units
