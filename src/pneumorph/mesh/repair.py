@@ -12,11 +12,10 @@ from collections import defaultdict
 from dataclasses import dataclass
 from itertools import count
 
-import numba
 import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mesh.quality import of_element
+from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.tets import TET_EDGES, TET_FACES
 
 _GOOD = 0.1  # quality above which an element is not repaired
@@ -106,26 +105,13 @@ class _Curved:
 
     def quality(self, points: np.ndarray, tets: np.ndarray) -> np.ndarray:
         """`scaled_jacobian` of elements with these corners (M, 4)."""
-        # In one order, for which the kernel is compiled once.
-        return _quality(points, np.ascontiguousarray(tets), self.keys, self.mids, self.n)
-
-
-@numba.njit(cache=True, nogil=True)
-def _quality(points, tets, keys, mids, n):
-    qualities, nodes = np.empty(len(tets)), np.empty((10, 3))
-    for e in range(len(tets)):
-        for a in range(4):
-            for i in range(3):
-                nodes[a, i] = points[tets[e, a], i]
-        for k in range(6):
-            one, other = tets[e, TET_EDGES[k, 0]], tets[e, TET_EDGES[k, 1]]
-            key = min(one, other) * n + max(one, other)
-            at = np.searchsorted(keys, key)
-            curved = at < len(keys) and keys[at] == key
-            for i in range(3):
-                nodes[4 + k, i] = mids[at, i] if curved else (points[one, i] + points[other, i]) / 2.0
-        qualities[e] = of_element(nodes)
-    return qualities
+        one, other = np.moveaxis(np.sort(tets[:, TET_EDGES], axis=2), 2, 0)
+        key = one * self.n + other
+        at = np.minimum(np.searchsorted(self.keys, key), len(self.keys) - 1)
+        straight = (points[one] + points[other]) / 2.0
+        middles = np.where((self.keys[at] == key)[:, :, None], self.mids[at], straight)
+        nodes = np.concatenate([points[tets], middles], axis=1)
+        return scaled_jacobian(nodes.reshape(-1, 3), np.arange(10 * len(tets)).reshape(-1, 10))
 
 
 def _inward(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -47,30 +46,6 @@ def nonzero_functions(basis: Basis, t: ArrayLike) -> tuple[Ints, Floats]:
 
 def point_weights(surface: TubeSurface, q: ArrayLike, r: ArrayLike) -> tuple[Ints, Floats]:
     """Indices (n, 16) of the control points in the net on which the points at (q, r) depend, and their weights."""
-    q, r = np.asarray(q, dtype=float) % 1.0, np.clip(np.asarray(r, dtype=float), 0.0, 1.0)
-    numbers, weights = np.empty((len(q), 16), dtype=np.int64), np.empty((len(q), 16))
-    _weigh(q, r, pieces(surface.basis_q), pieces(surface.basis_r), numbers, weights)
-    return numbers, weights
-
-
-@numba.njit(cache=True, nogil=True)
-def _weigh(q, r, pieces_q, pieces_r, numbers, weights):
-    """Fill the results of `point_weights` for q and r from 0 to 1."""
-    columns, by_q, by_r = len(pieces_q), np.empty(4), np.empty(4)
-    for m in range(len(q)):
-        around, along = _values(q[m], pieces_q, by_q), _values(r[m], pieces_r, by_r)
-        for j in range(4):
-            for i in range(4):
-                numbers[m, 4 * j + i] = (along + j) * columns + (around - 1 + i) % columns
-                weights[m, 4 * j + i] = by_r[j] * by_q[i]
-
-
-@numba.njit(cache=True, nogil=True)
-def _values(t, pieces, values):
-    """Write the values (4,) of the nonzero functions at t; returns its span."""
-    span = min(int(t * len(pieces)), len(pieces) - 1)
-    u = t * len(pieces) - span
-    for i in range(4):
-        a = pieces[span, i]
-        values[i] = a[0] + u * (a[1] + u * (a[2] + u * a[3]))
-    return span
+    (around, by_q), (along, by_r) = nonzero_functions(surface.basis_q, q), nonzero_functions(surface.basis_r, r)
+    numbers = along[:, :, None] * surface.basis_q.count + around[:, None]
+    return numbers.reshape(-1, 16), (by_r[:, :, None] * by_q[:, None]).reshape(-1, 16)

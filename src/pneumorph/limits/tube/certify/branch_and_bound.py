@@ -8,14 +8,16 @@ method (`closest_pair`). In pairs that may be nearer than required, the larger p
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from pneumorph.doing import doing
-from pneumorph.limits.tube.certify.closest_pair import apart, between, counts, descend
+from pneumorph.limits.tube.certify.closest_pair import between, counts, descend
 from pneumorph.limits.tube.certify.quadratic_bounds import clears, workspace
 from pneumorph.limits.tube.certify.slabs import farthest, linked, slab
 from pneumorph.threads import each
@@ -55,53 +57,28 @@ def spheres(nets: Floats) -> tuple[Floats, Floats]:
     return centres, np.sqrt((x * x + y * y + z * z).max(axis=1))
 
 
-@numba.njit(cache=True, nogil=True)
-def nearest_centres(centres, others, boxes, other_boxes, size, neighbourhood):
-    """The nearest centre of a patch a neighbourhood away from each: its index (n,) and distance, or infinity.
+def nearest_that_count(
+    centres: Floats, others: Floats, count: Callable[[Ints, Ints], NDArray[np.bool_]]
+) -> tuple[Ints, Floats]:
+    """The nearest of the others to each centre with which it counts: its index (n,) and distance, or infinity.
 
     Parameters
     ----------
     centres, others : (n, 3) and (m, 3) arrays
-        Centres of patches, mm.
-    boxes, other_boxes : (n, 8) and (m, 8) arrays
-        Where they are on the starting tube, see `Patches`.
-    size : (2,) array
-        Circumference and length of the starting tube, mm.
-    neighbourhood : float
-        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+        mm.
+    count : function
+        Whether pairs, (k, 1) centres and (k, l) others, count.
     """
     nearest, least = np.zeros(len(centres), dtype=np.int64), np.full(len(centres), np.inf)
-    for i in range(len(centres)):
-        for j in range(len(others)):
-            away = 0.0
-            for c in range(3):
-                away += (centres[i, c] - others[j, c]) ** 2
-            if away < least[i]:
-                if neighbourhood > 0.0 and apart(boxes[i], other_boxes[j], 0.5, 0.5, 0.5, 0.5, size) < neighbourhood:
-                    continue
-                nearest[i], least[i] = j, away
-    return nearest, np.sqrt(least)
-
-
-@numba.njit(cache=True, nogil=True)
-def approach(pairs, sides, neighbourhood):
-    """Distances (m,) of the points u, v (m, 4) of pairs of patches that are reached from their middles by `descend`.
-
-    Parameters
-    ----------
-    pairs : (m, 2) array
-        Indices of patches on either side.
-    sides : tuple
-        As `Sides`.
-    neighbourhood : float
-        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
-    """
-    nets, others, boxes, other_boxes, size = sides
-    attained, at = np.empty(len(pairs)), np.full((len(pairs), 4), 0.5)
-    for k in range(len(pairs)):
-        i, j = pairs[k]
-        attained[k] = descend(nets[i], others[j], at[k], boxes[i], other_boxes[j], size, neighbourhood)
-    return attained, at
+    left, tree, asked = np.arange(len(centres)), KDTree(others), 1
+    while len(left) and asked < 4 * len(others):
+        away, near = tree.query(centres[left], k=np.arange(1, min(asked, len(others)) + 1))
+        counts = count(left[:, None], near)
+        first = np.argmax(counts, axis=1)
+        found = counts[np.arange(len(left)), first]
+        nearest[left[found]], least[left[found]] = near[found, first[found]], away[found, first[found]]
+        left, asked = left[~found], max(4 * asked, 24)
+    return nearest, least
 
 
 def candidates(
@@ -120,49 +97,32 @@ def candidates(
     same : bool
         Whether both sides are one surface, of which each pair is taken once.
     """
-    # Along the axis in which they extend farthest, few of the others are as near.
-    axis = int(np.argmax(np.ptp(others, axis=0))) if len(others) else 0
-    order = np.argsort(others[:, axis], kind="stable")
-    along, room = others[order, axis], reach + radii + other_radii.max(initial=0.0)
-    first = np.searchsorted(along, centres[:, axis] - room, "left")
-    end = np.searchsorted(along, centres[:, axis] + room, "right")
-    return _within_reach(centres, radii, others, other_radii, reach, same, order, first, end)
+    farthest = reach + radii.max(initial=0.0) + other_radii.max(initial=0.0)
+    near = KDTree(centres).sparse_distance_matrix(KDTree(others), farthest, output_type="ndarray")
+    i, j, away = near["i"], near["j"], near["v"]
+    away = away - radii[i] - other_radii[j]
+    some = (away < reach) & ((j >= i) | (not same))
+    return np.stack([i[some], j[some]], axis=1), away[some]
 
 
-@numba.njit(cache=True, nogil=True)
-def _within_reach(centres, radii, others, other_radii, reach, same, order, first, end):
-    """The results of `candidates`, for which the others in places `first` to `end` (n,) of `order` are looked at."""
-    count, pairs, away = 0, np.empty((0, 2), dtype=np.int64), np.empty(0)
-    near = np.empty(len(others), dtype=np.int64)
-    for fill in range(2):
-        if fill:
-            pairs, away = np.empty((count, 2), dtype=np.int64), np.empty(count)
-            count = 0
-        for i in range(len(centres)):
-            found = 0
-            for place in range(first[i], end[i]):
-                j = order[place]
-                room = reach + radii[i] + other_radii[j]
-                if (j >= i or not same) and _square(centres[i], others[j]) < room * room:
-                    near[found] = j
-                    found += 1
-            if fill:
-                for j in np.sort(near[:found]):
-                    pairs[count, 0], pairs[count, 1] = i, j
-                    away[count] = np.sqrt(_square(centres[i], others[j])) - radii[i] - other_radii[j]
-                    count += 1
-            else:
-                count += found
-    return pairs, away
+def approach(pairs: Ints, sides: Sides, neighbourhood: float) -> tuple[Floats, Floats]:
+    """Distances (m,) of the points u, v (m, 4) of pairs of patches that are reached from their middles by `descend`.
 
-
-@numba.njit(cache=True)
-def _square(one, other):
-    """Square of the distance of two points."""
-    square = 0.0
-    for c in range(3):
-        square += (one[c] - other[c]) ** 2
-    return square
+    Parameters
+    ----------
+    pairs : (m, 2) array
+        Indices of patches on either side.
+    sides : Sides
+    neighbourhood : float
+        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+    """
+    nets, others, boxes, other_boxes, size = sides
+    at = np.full((len(pairs), 4), 0.5)
+    attained = [
+        descend(nets[i], others[j], here, boxes[i], other_boxes[j], size, neighbourhood)
+        for (i, j), here in zip(pairs, at, strict=True)
+    ]
+    return np.array(attained), at
 
 
 def least_distances(

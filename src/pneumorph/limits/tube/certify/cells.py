@@ -101,50 +101,32 @@ def knot_spans(surface: TubeSurface, own: Mask | None = None) -> KnotSpans:
 
 
 def recentred(coefficients: Floats, cells: Cells) -> Floats:
-    """Coefficients (n, f, 4, 4) in s, t ∈ [-1, 1] on the cells, from (n, f, 4, 4) in u and v."""
-    local = np.empty(coefficients.shape)
-    # In one order, for which the kernels are compiled once.
-    _recentre_each(np.ascontiguousarray(coefficients), cells.centre, cells.half, local)
+    """Coefficients (f, 4, 4, n) in s, t ∈ [-1, 1] on n cells, from those (f, 4, 4, spans) in u and v on knot spans."""
+    local = np.ascontiguousarray(coefficients[..., cells.span])
+    _recentre(local.reshape(-1, 16, len(cells.span)), cells.centre, cells.half)
     return local
 
 
-@numba.njit(cache=True)
-def _recentre_each(coefficients, centre, half, local):
-    for n in range(len(coefficients)):
-        recentre(coefficients[n], centre[n], half[n], local[n])
-
-
-@numba.njit(cache=True)
-def recentre(coefficients, centre, half, local):
-    """The same for the polynomials (f, 4, 4) on one cell, into `local` (f, 4, 4).
-
-    Parameters
-    ----------
-    coefficients : (f, 4, 4) array
-        Of v^i u^j.
-    centre, half : (2,) arrays
-        Centre of the cell and half its width, in u and v.
-    local : (f, 4, 4) array
-        Overwritten by the coefficients in s and t.
-    """
-    along, around = np.zeros((4, 4)), np.zeros((4, 4))
-    for matrix, k in ((along, 1), (around, 0)):
-        for i in range(4):
-            # Row by row, Pascal's triangle of (centre + half·s)^i.
-            matrix[i, 0] = centre[k] * matrix[i - 1, 0] if i else 1.0
-            for m in range(1, i + 1):
-                matrix[i, m] = centre[k] * matrix[i - 1, m] + half[k] * matrix[i - 1, m - 1]
-    for f in range(len(coefficients)):
-        for i in range(4):
-            for m in range(4):
-                local[f, i, m] = 0.0
-        for i in range(4):
-            for m in range(4):
-                value = 0.0
-                for j in range(m, 4):
-                    value += coefficients[f, i, j] * around[j, m]
-                for n in range(i + 1):
-                    local[f, n, m] += along[i, n] * value
+@numba.njit(cache=True, nogil=True)
+def _recentre(p, centre, half):
+    """Replace polynomials (f, 16, n) in u and v by those in s and t."""
+    for f in range(p.shape[0]):
+        for place in range(8):
+            # Lines of coefficients along u, and then along v.
+            k, step = place // 4, 1 if place < 4 else 4
+            first = 4 * place if place < 4 else place - 4
+            for n in range(p.shape[2]):
+                c, h = centre[n, k], half[n, k]
+                p0, p1, p2, p3 = (
+                    p[f, first, n],
+                    p[f, first + step, n],
+                    p[f, first + 2 * step, n],
+                    p[f, first + 3 * step, n],
+                )
+                p[f, first, n] = p0 + c * (p1 + c * (p2 + c * p3))
+                p[f, first + step, n] = h * (p1 + c * (2.0 * p2 + c * 3.0 * p3))
+                p[f, first + 2 * step, n] = h * h * (p2 + c * 3.0 * p3)
+                p[f, first + 3 * step, n] = h * h * h * p3
 
 
 def derivative(coefficients: Floats, axis: int) -> Floats:
@@ -191,11 +173,13 @@ def refine(
             np.maximum(accuracy.enough(attained[:, k].max(), known), accuracy.close(attained[:, k]))
             for k, (accuracy, known) in enumerate(zip(accuracies, worst, strict=True))
         ]
-        open_ = _above(cells.span, bounds.upper, np.stack(enough, axis=1))
+        open_ = (bounds.upper > np.stack(enough, axis=1)[cells.span]).any(axis=1)
         left -= 4 * np.count_nonzero(open_)
         if round == _ROUNDS or left < 0:
             open_ = np.zeros(len(open_), dtype=bool)
-        _close(cells.span, bounds.upper, open_, upper)
+        for k in range(m):
+            # One that is no number stays.
+            np.maximum.at(upper[:, k], cells.span[~open_], bounds.upper[~open_, k])
         if not open_.any():
             break
         cells = _halved(cells, bounds.vary, open_)
@@ -223,66 +207,26 @@ def span_bounds(spans: KnotSpans, upper: Floats, attained: Floats, place: Floats
     return CellBounds(*(part[spans.own] for part in (upper, attained, at)))
 
 
-@numba.njit(cache=True, nogil=True)
-def _raise(cells, bounds, attained, place):
+def _raise(cells: Cells, bounds: Bounds, attained: Floats, place: Floats) -> None:
     """Note values attained in cells that are worse than those known on their knot spans, and where they are."""
-    for n in range(len(cells.span)):
-        span = cells.span[n]
-        for k in range(attained.shape[1]):
-            if bounds.attained[n, k] > attained[span, k]:
-                attained[span, k] = bounds.attained[n, k]
-                for c in range(2):
-                    place[span, k, c] = cells.centre[n, c] + cells.half[n, c] * bounds.place[n, k, c]
+    for k, value in enumerate(bounds.attained.T):
+        known = attained[cells.span, k]
+        np.fmax.at(attained[:, k], cells.span, value)
+        # The first of those that are as bad is written last.
+        n = np.flatnonzero((value > known) & (value == attained[cells.span, k]))[::-1]
+        place[cells.span[n], k] = cells.centre[n] + cells.half[n] * bounds.place[n, k]
 
 
-@numba.njit(cache=True, nogil=True)
-def _above(span, upper, enough):
-    """Whether one of the bounds (n, m) of each cell is above what is enough on its knot span."""
-    open_ = np.zeros(len(span), dtype=np.bool_)
-    for n in range(len(span)):
-        for k in range(upper.shape[1]):
-            if upper[n, k] > enough[span[n], k]:
-                open_[n] = True
-    return open_
-
-
-@numba.njit(cache=True, nogil=True)
-def _close(span, bounds, open_, upper):
-    """Raise the bounds of knot spans to those of their cells that are not open; one that is no number stays."""
-    for n in range(len(span)):
-        if not open_[n]:
-            for k in range(upper.shape[1]):
-                value = bounds[n, k]
-                if value > upper[span[n], k] or np.isnan(value):
-                    upper[span[n], k] = value
-
-
-@numba.njit(cache=True, nogil=True)
-def _halved(cells, vary, open_):
+def _halved(cells: Cells, vary: Floats, open_: Mask) -> Cells:
     """Halves of each open cell along the direction of larger variation, or its quarters if both are similar."""
-    count = 0
-    for n in range(len(open_)):
-        if open_[n]:
-            count += _parts(vary[n, 0], vary[n, 1]) * _parts(vary[n, 1], vary[n, 0])
-    span, centre, half = np.empty(count, dtype=np.int64), np.empty((count, 2)), np.empty((count, 2))
-    count = 0
-    for n in range(len(open_)):
-        if open_[n]:
-            parts_u, parts_v = _parts(vary[n, 0], vary[n, 1]), _parts(vary[n, 1], vary[n, 0])
-            wide, high = cells.half[n, 0] / parts_u, cells.half[n, 1] / parts_v
-            for i in range(parts_u):
-                for j in range(parts_v):
-                    span[count], half[count, 0], half[count, 1] = cells.span[n], wide, high
-                    centre[count, 0] = cells.centre[n, 0] + (2 * i + 1 - parts_u) * wide
-                    centre[count, 1] = cells.centre[n, 1] + (2 * j + 1 - parts_v) * high
-                    count += 1
-    return Cells(span, centre, half)
-
-
-@numba.njit(cache=True, nogil=True)
-def _parts(vary, other):
-    """Parts into which a cell is cut along a direction, from its variation and that of the other direction."""
-    return 2 if vary >= 0.4 * other else 1
+    vary, cells = vary[open_], cells.select(open_)
+    parts = np.where(vary >= 0.4 * vary[:, ::-1], 2, 1)
+    count = parts.prod(axis=1)
+    cell = np.repeat(np.arange(len(count)), count)
+    number = np.arange(len(cell)) - np.repeat(np.cumsum(count) - count, count)
+    parts, half = parts[cell], (cells.half / parts)[cell]
+    place = np.stack(np.divmod(number, parts[:, 1]), axis=1)
+    return Cells(cells.span[cell], cells.centre[cell] + (2 * place + 1 - parts) * half, half)
 
 
 def _shift(centre: Floats, half: Floats) -> Floats:

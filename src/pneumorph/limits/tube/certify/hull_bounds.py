@@ -59,7 +59,7 @@ def hull_bounds(
     """
 
     def evaluate(cells: Cells) -> Bounds:
-        net = _FROM_CENTRE @ recentred(coefficients[cells.span], cells) @ _FROM_CENTRE.T
+        net = _nets(coefficients, cells)
         value = read(net)
         corners = value[:, ::3, ::3].reshape(-1, 4)
         best = np.argmax(corners, axis=1)
@@ -75,6 +75,12 @@ def hull_bounds(
     start = (whole(count) if cells is None else cells).select(spans.own)
     upper, attained, place = refine(evaluate, start, [accuracy], [worst], count)
     return span_bounds(spans, upper[:, 0], attained[:, 0], place[:, 0])
+
+
+def _nets(coefficients: Floats, cells: Cells) -> Floats:
+    """Control nets (n, f, 4, 4) on cells of polynomials with coefficients (spans, f, 4, 4) in u and v."""
+    local = recentred(np.moveaxis(coefficients, 0, -1), cells)
+    return _FROM_CENTRE @ np.moveaxis(local, -1, 0) @ _FROM_CENTRE.T
 
 
 # Two triangles of the corners of a patch, each (v, u) as 2 v + u.
@@ -104,7 +110,7 @@ def facet_bounds(
     weights = np.column_stack([1.0 - along, along])
 
     def evaluate(cells: Cells) -> Bounds:
-        net = _FROM_CENTRE @ recentred(spans.x[cells.span], cells) @ _FROM_CENTRE.T
+        net = _nets(spans.x, cells)
         corners = net[:, :, ::3, ::3]
         bends = np.linalg.norm(net - weights @ corners @ weights.T, axis=1).max(axis=(1, 2))
         twist = corners[..., 0, 0] - corners[..., 0, 1] - corners[..., 1, 0] + corners[..., 1, 1]

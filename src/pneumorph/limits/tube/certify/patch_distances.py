@@ -14,7 +14,7 @@ from pneumorph.limits.tube.certify.branch_and_bound import (
     approach,
     candidates,
     least_distances,
-    nearest_centres,
+    nearest_that_count,
     spheres,
 )
 from pneumorph.limits.tube.certify.cells import KnotSpans, power
@@ -98,14 +98,25 @@ def without_discs(surface: Patches) -> Patches:
 def nearest(first: Patches, second: Patches, neighbourhood: float) -> Gaps:
     """Near points of two surfaces, or of one, without lower bounds: from the patches with the nearest centres."""
     own = np.flatnonzero(first.own)
-    partner, away = nearest_centres(
-        first.centres[own], second.centres, first.boxes[own], second.boxes, first.size, neighbourhood
-    )
+    (q, r, S), (other_q, other_r, other_S) = _middles(first), _middles(second)
+
+    def count(i: Ints, j: Ints) -> NDArray[np.bool_]:
+        aside = np.sin(np.pi * (q[own[i]] - other_q[j])) / np.pi * np.minimum(S[own[i]], other_S[j])
+        return np.hypot(aside * first.size[0], r[own[i]] - other_r[j]) >= neighbourhood
+
+    partner, away = nearest_that_count(first.centres[own], second.centres, count)
     some = np.argsort(away, kind="stable")[:_STARTS]
     some = some[np.isfinite(away[some])]
     pairs = np.stack([own[some], partner[some]], axis=1)
-    attained, at = approach(pairs, tuple(_sides(first, second)), neighbourhood)
+    attained, at = approach(pairs, _sides(first, second), neighbourhood)
     return _gaps_of(first, second, pairs, np.full(len(pairs), np.inf), attained, at)
+
+
+def _middles(surface: Patches) -> tuple[Floats, Floats, Floats]:
+    """q, r in mm and S (n,) in the middle of patches."""
+    box = surface.boxes.T
+    S = box[4] + 0.5 * (box[5] + 0.5 * (box[6] + 0.5 * box[7]))
+    return box[0] + 0.5 * box[1], (box[2] + 0.5 * box[3]) * surface.size[1], S
 
 
 def _sides(first: Patches, second: Patches) -> Sides:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,20 +21,21 @@ from pneumorph.limits.tube.certify.cells import (
     KnotSpans,
     derivative,
     power,
-    recentre,
+    recentred,
     refine,
     span_bounds,
     whole,
 )
-from pneumorph.limits.tube.certify.taylor import bottom, highest_sample, inverse, largest, modelled, top
+from pneumorph.limits.tube.certify.taylor import Taylor, modelled
 from pneumorph.limits.tube.measures.formulas import FLOOR, SMOOTHING, Form, Forms, forms, quantities
 from pneumorph.limits.tube.measures.pole_frame import meridian, side_of
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
+Models = tuple[Taylor, ...]
 
-_compiled = numba.njit(error_model="numpy")
-_SHARE = 1000  # cells that a thread takes at once
+_SHARE = 4000  # cells that a thread takes at once
+_TIMES = np.array([[1.0], [2.0], [3.0]])
 _FLAT = 1e-6  # mm; largest height of the row next to a pole over the pole's plane
 
 
@@ -112,150 +112,91 @@ def enclosed(
         In this order, see `refine`.
     """
     made, aspect = polynomials(surface, spans), surface.size[1] / surface.size[0]
-    # In one order, for which the kernels are compiled once.
-    parts, broken = np.ascontiguousarray(made.parts), made.broken if made.poles else None
 
     def evaluate(cells: Cells) -> Bounds:
-        n = len(cells.span)
-        bounds = Bounds(np.empty((n, 4)), np.empty((n, 4)), np.zeros((n, 4, 2)), np.zeros((n, 2)))
-
-        def work(some: slice) -> None:
-            into = tuple(part[some] for part in bounds)
-            _enclose(parts, made.scale, broken, aspect, form == "per_mm", tuple(cells.select(some)), into)
-
-        each(work, [slice(first, first + _SHARE) for first in range(0, n, _SHARE)])
-        return bounds
+        shares = [cells.select(slice(first, first + _SHARE)) for first in range(0, len(cells.span), _SHARE)]
+        found = each(lambda some: _enclosed(made, some, aspect, form == "per_mm"), shares)
+        return Bounds(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
     upper, attained, place = refine(evaluate, whole(len(spans.x)).select(spans.own), accuracies, worst, len(spans.x))
     return [span_bounds(spans, upper[:, k], attained[:, k], place[:, k]) for k in range(4)]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _enclose(parts, scale, broken, aspect, per_mm, cells, into):
-    """The bounds of some `Cells`; fills the `Bounds` that are `into`, of which `vary` is that of the tangents.
-
-    `broken` is None without poles: then what is for them is not compiled.
-    """
-    span, centre, half = cells
-    upper, attained, place, vary = into
-    local, slope = np.empty(parts.shape[1:]), np.zeros((4, 4))
-    for n in range(len(span)):
-        k = span[n]
-        recentre(parts[k], centre[n], half[n], local)
-        by_q, by_r = scale[k, 0] / half[n, 0], scale[k, 1] / half[n, 1]
-        if broken is None:
-            f = _flat_forms(local, slope, by_q, by_r, vary[n])
-        else:
-            f = _polar_forms(local, slope, by_q, by_r, vary[n])
-        _bound(f, aspect, per_mm, upper[n], attained[n], place[n])
-        if broken is not None and broken[k]:
-            upper[n, 0], attained[n, 0] = np.inf, np.inf
+@np.errstate(all="ignore")
+def _enclosed(made: Polynomials, cells: Cells, aspect: float, per_mm: bool) -> Bounds:
+    """The bounds on some cells, of which `vary` is that of the tangents."""
+    local = recentred(np.moveaxis(made.parts, 0, -1), cells)
+    by_q, by_r = (made.scale[cells.span] / cells.half).T
+    f, vary = (_polar_forms if made.poles else _flat_forms)(local, by_q, by_r)
+    bounds = _bound(f, aspect, per_mm, vary)
+    broken = made.broken[cells.span]
+    bounds.upper[broken, 0], bounds.attained[broken, 0] = np.inf, np.inf
+    return bounds
 
 
-@_compiled
-def _flat_forms(local, slope, by_q, by_r, vary):
-    """Models of the forms on a cell of a surface with flat ends, from the polynomials of its tangents."""
-    across = (modelled(local[0]), modelled(local[1]), modelled(local[2]))
-    along = (modelled(local[3]), modelled(local[4]), modelled(local[5]))
-    across_q = (_by_q(local[0], by_q, slope), _by_q(local[1], by_q, slope), _by_q(local[2], by_q, slope))
-    across_r = (_by_r(local[0], by_r, slope), _by_r(local[1], by_r, slope), _by_r(local[2], by_r, slope))
-    along_r = (_by_r(local[3], by_r, slope), _by_r(local[4], by_r, slope), _by_r(local[5], by_r, slope))
-    _vary(across, along, across_q, across_r, vary)
-    return forms(across, along, across_q, across_r, along_r, 1.0, 0.0)
+def _flat_forms(local: Floats, by_q: Floats, by_r: Floats) -> tuple[Forms, Floats]:
+    """Models of the forms on cells of a surface with flat ends, and what its tangents vary."""
+    across, along = local[:3], local[3:]
+    tangents = modelled(across), modelled(along), _by_q(across, by_q), _by_r(across, by_r)
+    return forms(*tangents, _by_r(along, by_r), 1.0, 0.0), _variation(tangents)
 
 
-@_compiled
-def _polar_forms(local, slope, by_q, by_r, vary):
-    """Models of the forms on a cell of a surface with poles, see `Polynomials`."""
-    S_r, over = _by_r(local[9], by_r, slope), inverse(modelled(local[8]))
+def _polar_forms(local: Floats, by_q: Floats, by_r: Floats) -> tuple[Forms, Floats]:
+    """The same on cells of a surface with poles, see `Polynomials`."""
+    f = modelled(local)
+    over = f[8].inverse
     over2 = over * over
-    u = (modelled(local[0]) * over, modelled(local[1]) * over, modelled(local[2]) * over)
-    over_r = _by_r(local[8], by_r, slope)
-    across = (u[0], u[1], modelled(local[6]) * over2)
-    along = (modelled(local[3]), modelled(local[4]), modelled(local[5]) * over)
-    across_q = (
-        _by_q(local[0], by_q, slope) * over,
-        _by_q(local[1], by_q, slope) * over,
-        _by_q(local[6], by_q, slope) * over2,
+    u = [part * over for part in f[:3]]
+    x_q, y_q, z_q = _by_q(local[[0, 1, 6]], by_q)
+    *u_r, x_r, y_r, z_r, over_r, S_r = _by_r(local[[0, 1, 2, 3, 4, 7, 8, 9]], by_r)
+    tangents = (
+        (u[0], u[1], f[6] * over2),
+        (f[3], f[4], f[5] * over),
+        (x_q * over, y_q * over, z_q * over2),
+        tuple((slope - part * over_r) * over for slope, part in zip(u_r, u, strict=True)),
     )
-    across_r = (
-        (_by_r(local[0], by_r, slope) - u[0] * over_r) * over,
-        (_by_r(local[1], by_r, slope) - u[1] * over_r) * over,
-        (_by_r(local[2], by_r, slope) - u[2] * over_r) * over,
-    )
-    along_r = (_by_r(local[3], by_r, slope), _by_r(local[4], by_r, slope), _by_r(local[7], by_r, slope))
-    _vary(across, along, across_q, across_r, vary)
-    return forms(across, along, across_q, across_r, along_r, modelled(local[9]), S_r)
+    return forms(*tangents, (x_r, y_r, z_r), f[9], S_r), _variation(tangents)
 
 
-@_compiled
-def _by_q(p, scale, slope):
-    """The model of a polynomial's derivative with respect to s, times `scale`; `slope` (4, 4) is overwritten."""
-    for i in range(4):
-        slope[i, 3] = 0.0
-        for j in range(3):
-            slope[i, j] = (j + 1) * scale * p[i, j + 1]
-    return modelled(slope)
+def _by_q(polynomials: Floats, scale: Floats) -> Models:
+    """Models of the derivatives of polynomials (f, 4, 4, n) with respect to s, times a factor (n,) for each cell."""
+    return modelled(polynomials[:, :, 1:] * (_TIMES * scale))
 
 
-@_compiled
-def _by_r(p, scale, slope):
+def _by_r(polynomials: Floats, scale: Floats) -> Models:
     """The same with respect to t."""
-    for j in range(4):
-        slope[3, j] = 0.0
-        for i in range(3):
-            slope[i, j] = (i + 1) * scale * p[i + 1, j]
-    return modelled(slope)
+    return modelled(polynomials[:, 1:] * (_TIMES * scale)[:, None])
 
 
-@_compiled
-def _vary(across, along, across_q, across_r, vary):
-    """Variation of the tangents along u and v."""
-    for group in (across, along, across_q, across_r):
-        for part in group:
-            vary[0] += abs(part.c1) + abs(part.c3)
-            vary[1] += abs(part.c2) + abs(part.c5)
+def _variation(tangents: tuple[Models, ...]) -> Floats:
+    """Variation of the tangents along u and v (n, 2)."""
+    c = sum(np.abs(part.c[1:6]) for group in tangents for part in group)
+    return np.stack([c[0] + c[2], c[1] + c[4]], axis=1)
 
 
-@_compiled
-def _bound(f, aspect, per_mm, upper, attained, place):
-    """Bounds of the four quantities (4,); denominators that may vanish are replaced by their floor."""
+def _bound(f: Forms, aspect: float, per_mm: bool, vary: Floats) -> Bounds:
+    """Bounds of the four quantities; denominators that may vanish are replaced by their floor."""
+
+    def over(*squares: Floats) -> list[Floats]:
+        return [1.0 / np.maximum(square, FLOOR**2) for square in squares]
+
     # Of models; of the values at the centre; and of absolute values, which gives upper bounds.
-    models = quantities(f, aspect, per_mm, inverse(f.area2), inverse(f.E), inverse(f.G))
-    at = Forms(f.E.c0, f.F.c0, f.G.c0, f.area2.c0, f.twice_H.c0, f.gauss.c0, f.E_q.c0, f.E_r.c0, f.G_q.c0, f.G_r.c0)
-    exact = quantities(
-        at, aspect, per_mm, 1.0 / max(at.area2, FLOOR**2), 1.0 / max(at.E, FLOOR**2), 1.0 / max(at.G, FLOOR**2)
-    )
-    least_area2, least_E, least_G = bottom(f.area2), bottom(f.E), bottom(f.G)
-    most = Forms(
-        largest(f.E),
-        largest(f.F),
-        largest(f.G),
-        largest(f.area2),
-        largest(f.twice_H),
-        -largest(f.gauss),
-        largest(f.E_q),
-        largest(f.E_r),
-        largest(f.G_q),
-        largest(f.G_r),
-    )
-    rough = quantities(
-        most,
-        aspect,
-        per_mm,
-        1.0 / max(least_area2, FLOOR**2),
-        1.0 / max(least_E, FLOOR**2),
-        1.0 / max(least_G, FLOOR**2),
-    )
-    rough = (rough[0], min(rough[1], 1.0), rough[2])
-    lengths = least_E > FLOOR**2 and least_G > FLOOR**2
-    for k in range(3):
-        upper[k], attained[k] = rough[k], exact[k]
-        if lengths if k else least_area2 > FLOOR**2:
-            upper[k] = min(top(models[k]), rough[k])
-            value, s, t = highest_sample(models[k])
-            if value > attained[k]:
-                attained[k], place[k, 0], place[k, 1] = value, s, t
-    value, place[3, 0], place[3, 1] = highest_sample(f.area2 * -1.0)
-    upper[3] = -np.sqrt(max(least_area2, 0.0) + SMOOTHING**2)
-    attained[3] = -np.sqrt(max(-value, 0.0) + SMOOTHING**2)
+    models = quantities(f, aspect, per_mm, f.area2.inverse, f.E.inverse, f.G.inverse)
+    at = Forms(*(form.c[0] for form in f))
+    exact = quantities(at, aspect, per_mm, *over(at.area2, at.E, at.G))
+    most = Forms(*(form.largest for form in f))
+    least = [form.bottom for form in (f.area2, f.E, f.G)]
+    rough = quantities(most._replace(gauss=-most.gauss), aspect, per_mm, *over(*least))
+    rough = rough[0], np.minimum(rough[1], 1.0), rough[2]
+    sound = np.stack(least) > FLOOR**2
+    upper, attained = np.empty((len(least[0]), 4)), np.empty((len(least[0]), 4))
+    place = np.zeros((len(upper), 4, 2))
+    for k, usable in enumerate((sound[0], sound[1] & sound[2], sound[1] & sound[2])):
+        top, (value, where) = models[k].top, models[k].highest_sample()
+        upper[:, k] = np.where(usable & ~(rough[k] < top), top, rough[k])
+        better = usable & (value > exact[k])
+        attained[:, k], place[:, k] = np.where(better, value, exact[k]), np.where(better[:, None], where, 0.0)
+    value, place[:, 3] = (f.area2 * -1.0).highest_sample()
+    upper[:, 3] = -np.sqrt(np.maximum(least[0], 0.0) + SMOOTHING**2)
+    attained[:, 3] = -np.sqrt(np.maximum(-value, 0.0) + SMOOTHING**2)
+    return Bounds(upper, attained, place, vary)

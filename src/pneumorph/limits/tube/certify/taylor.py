@@ -3,189 +3,146 @@
 They enclose functions on a cell s, t ∈ [-1, 1] (Makino and Berz, Taylor models and other validated functional inclusion
 methods, 2003). The remainder is of third order, so it is eight times smaller on half a cell. The value at the cell's
 centre is exact. Rounding errors, about 1e-13 relative, are neglected.
-
-A model f = c₀ + c₁s + c₂t + c₃s² + c₄st + c₅t² ± rest is a value of Numba's, with attributes c0 to c5 and rest, that
-exists in compiled functions only; there it can be added, subtracted and multiplied like a number. The rest is never
-negative, and infinite or not a number if there is no bound.
 """
 
 from __future__ import annotations
 
-import operator
-from typing import Any
-
 import numba
 import numpy as np
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
+from numpy.typing import NDArray
 
-_compiled = numba.njit(error_model="numpy")  # dividing by zero gives infinity
-_FIELDS = ("c0", "c1", "c2", "c3", "c4", "c5", "rest")
+Floats = NDArray[np.float64]
 
-
-class _Taylor(types.Type):
-    """Numba's type of models."""
-
-    def __init__(self) -> None:
-        super().__init__(name="Taylor")
+_PLACES = np.array([(0, 0), *((s, t) for s in (-1, 0, 1) for t in (-1, 0, 1))], dtype=float)
+"""s and t (10, 2) of a cell's centre, and then of its centre, corners and middles of sides."""
+_POWERS = ((0, 1, 3), (2, 4), (5,))
+"""Which coefficient is that of t^i s^j."""
 
 
-_TYPE = _Taylor()
+class Taylor:
+    """Models f = c₀ + c₁s + c₂t + c₃s² + c₄st + c₅t² ± rest of functions on n cells.
+
+    They can be added, subtracted and multiplied like numbers, and scaled by a number for all cells or for each.
+
+    Attributes
+    ----------
+    c : (7, n) array
+        The coefficients, and the rest, which is never negative, and infinite or not a number if there is no bound.
+    """
+
+    __slots__ = ("c",)
+    __array_ufunc__ = None  # numbers times models are models
+
+    def __init__(self, c: Floats) -> None:
+        self.c = c
+
+    @property
+    def largest(self) -> Floats:
+        """Upper bounds of |f|."""
+        return np.abs(self.c).sum(axis=0)
+
+    @property
+    def top(self) -> Floats:
+        """Upper bounds of f."""
+        return self._bound(1.0)
+
+    @property
+    def bottom(self) -> Floats:
+        """Lower bounds of f."""
+        return -self._bound(-1.0)
+
+    def _bound(self, sign: float) -> Floats:
+        """Upper bounds of f times a sign."""
+        c0, c1, c2, c3, c4, c5, rest = self.c
+        bound = sign * c0 + _highest(c1, sign * c3) + _highest(c2, sign * c5) + np.abs(c4) + rest
+        return np.where(np.isfinite(bound), bound, np.inf)
+
+    def __add__(self, other: Taylor) -> Taylor:
+        return Taylor(self.c + other.c)
+
+    def __sub__(self, other: Taylor) -> Taylor:
+        c = self.c - other.c
+        c[6] = self.c[6] + other.c[6]
+        return Taylor(c)
+
+    def __mul__(self, other: Taylor | Floats | float) -> Taylor:
+        if isinstance(other, Taylor):
+            c = np.empty(self.c.shape)
+            _multiply(self.c, other.c, c)
+            return Taylor(c)
+        c = self.c * other
+        np.abs(c[6], out=c[6])
+        return Taylor(c)
+
+    __rmul__ = __mul__
+
+    @property
+    def inverse(self) -> Taylor:
+        """1/f; its remainder is infinite if f may be zero."""
+        zero = self.c[0] == 0.0
+        over = 1.0 / np.where(zero, 1.0, self.c[0])
+        part = self * over
+        part.c[0] = 0.0
+        off = np.where(zero, np.inf, part.largest)
+        tail = np.where(off < 1.0, off * off * off / (1.0 - off), np.inf)
+        found = part * part - part
+        found.c[0] = 1.0
+        found.c[6] += tail
+        return found * over
+
+    def highest_sample(self) -> tuple[Floats, Floats]:
+        """Values (n,) that f reaches or exceeds, and s and t (n, 2) where it does: a centre, a corner or a middle."""
+        s, t = _PLACES.T
+        values = np.stack([np.ones(10), s, t, s * s, s * t, t * t], axis=1) @ self.c[:6]
+        values[1:] -= self.c[6]
+        values[~np.isfinite(values)] = -np.inf
+        best = np.argmax(values, axis=0)
+        return values[best, np.arange(len(best))], _PLACES[best]
 
 
-@register_model(_Taylor)
-class _Struct(models.StructModel):
-    def __init__(self, manager, of) -> None:
-        super().__init__(manager, of, [(field, types.float64) for field in _FIELDS])
+@numba.njit(cache=True, nogil=True)
+def _multiply(a, b, c):
+    """Write the products of models a and b (7, n) to c."""
+    for n in range(c.shape[1]):
+        a0, a1, a2, a3, a4, a5, b0, b1, b2 = (
+            a[0, n],
+            a[1, n],
+            a[2, n],
+            a[3, n],
+            a[4, n],
+            a[5, n],
+            b[0, n],
+            b[1, n],
+            b[2, n],
+        )
+        linear, other_linear = abs(a1) + abs(a2), abs(b1) + abs(b2)
+        bends, other_bends = abs(a3) + abs(a4) + abs(a5), abs(b[3, n]) + abs(b[4, n]) + abs(b[5, n])
+        largest, polynomial = abs(a0) + linear + bends + a[6, n], abs(b0) + other_linear + other_bends
+        c[0, n] = a0 * b0
+        c[1, n] = a0 * b1 + b0 * a1
+        c[2, n] = a0 * b2 + b0 * a2
+        c[3, n] = a0 * b[3, n] + b0 * a3 + a1 * b1
+        c[4, n] = a0 * b[4, n] + b0 * a4 + a1 * b2 + a2 * b1
+        c[5, n] = a0 * b[5, n] + b0 * a5 + a2 * b2
+        left_out = linear * other_bends + bends * (other_linear + other_bends)
+        c[6, n] = left_out + largest * b[6, n] + polynomial * a[6, n]
 
 
-for _field in _FIELDS:
-    make_attribute_wrapper(_Taylor, _field, _field)
-
-
-def _taylor(context, c0, c1, c2, c3, c4, c5, rest):
-    """The model with these coefficients and this rest."""
-
-    def build(context, builder, signature, values):
-        made = cgutils.create_struct_proxy(_TYPE)(context, builder)
-        for field, value in zip(_FIELDS, values, strict=True):
-            setattr(made, field, value)
-        return made._getvalue()
-
-    return _TYPE(*[types.float64] * len(_FIELDS)), build
-
-
-taylor: Any = intrinsic(_taylor)
-
-
-@_compiled
-def linear(a):
-    """An upper bound of |c₁s + c₂t|."""
-    return abs(a.c1) + abs(a.c2)
-
-
-@_compiled
-def quadratic(a):
-    """An upper bound of |c₃s² + c₄st + c₅t²|."""
-    return abs(a.c3) + abs(a.c4) + abs(a.c5)
-
-
-@_compiled
-def largest(a):
-    """An upper bound of |f|."""
-    return abs(a.c0) + linear(a) + quadratic(a) + a.rest
-
-
-@_compiled
-def _sum(a, b):
-    return taylor(a.c0 + b.c0, a.c1 + b.c1, a.c2 + b.c2, a.c3 + b.c3, a.c4 + b.c4, a.c5 + b.c5, a.rest + b.rest)
-
-
-@_compiled
-def _scaled(a, factor):
-    return taylor(
-        a.c0 * factor, a.c1 * factor, a.c2 * factor, a.c3 * factor, a.c4 * factor, a.c5 * factor, a.rest * abs(factor)
-    )
-
-
-@_compiled
-def _product(a, b):
-    linear_a, linear_b, quadratic_a, quadratic_b = linear(a), linear(b), quadratic(a), quadratic(b)
-    left_out = linear_a * quadratic_b + quadratic_a * (linear_b + quadratic_b)
-    largest_a, polynomial_b = abs(a.c0) + linear_a + quadratic_a + a.rest, abs(b.c0) + linear_b + quadratic_b
-    return taylor(
-        a.c0 * b.c0,
-        a.c0 * b.c1 + b.c0 * a.c1,
-        a.c0 * b.c2 + b.c0 * a.c2,
-        a.c0 * b.c3 + b.c0 * a.c3 + a.c1 * b.c1,
-        a.c0 * b.c4 + b.c0 * a.c4 + a.c1 * b.c2 + a.c2 * b.c1,
-        a.c0 * b.c5 + b.c0 * a.c5 + a.c2 * b.c2,
-        left_out + largest_a * b.rest + polynomial_b * a.rest,
-    )
-
-
-@overload(operator.add)
-def _add(a, b):
-    if a is _TYPE and b is _TYPE:
-        return lambda a, b: _sum(a, b)
-
-
-@overload(operator.sub)
-def _subtract(a, b):
-    if a is _TYPE and b is _TYPE:
-        return lambda a, b: _sum(a, _scaled(b, -1.0))
-
-
-@overload(operator.mul)
-def _multiply(a, b):
-    if a is _TYPE and b is _TYPE:
-        return lambda a, b: _product(a, b)
-    if a is _TYPE and isinstance(b, types.Float):
-        return lambda a, b: _scaled(a, b)
-    if b is _TYPE and isinstance(a, types.Float):
-        return lambda a, b: _scaled(b, a)
-
-
-@_compiled
-def inverse(a):
-    """1/f; its remainder is infinite if f may be zero."""
-    first = 1.0 if a.c0 == 0.0 else a.c0
-    part = _scaled(a, 1.0 / first)
-    part = taylor(0.0, part.c1, part.c2, part.c3, part.c4, part.c5, part.rest)
-    off = np.inf if a.c0 == 0.0 else largest(part)
-    tail = off * off * off / (1.0 - off) if off < 1.0 else np.inf
-    square = _product(part, part)
-    return _scaled(
-        taylor(
-            1.0,
-            -part.c1,
-            -part.c2,
-            square.c3 - part.c3,
-            square.c4 - part.c4,
-            square.c5 - part.c5,
-            square.rest + part.rest + tail,
-        ),
-        1.0 / first,
-    )
-
-
-@_compiled
-def top(a):
-    """An upper bound of f."""
-    bound = a.c0 + _highest(a.c1, a.c3) + _highest(a.c2, a.c5) + abs(a.c4) + a.rest
-    return bound if np.isfinite(bound) else np.inf
-
-
-@_compiled
-def bottom(a):
-    """A lower bound of f."""
-    return -top(_scaled(a, -1.0))
-
-
-@_compiled
-def highest_sample(a):
-    """A value that f reaches or exceeds on the cell, and s and t where it does: the centre, a corner or a middle."""
-    best, at_s, at_t = a.c0 if np.isfinite(a.c0) else -np.inf, 0.0, 0.0
-    for s in (-1.0, 0.0, 1.0):
-        for t in (-1.0, 0.0, 1.0):
-            value = a.c0 + a.c1 * s + a.c2 * t + a.c3 * s * s + a.c4 * s * t + a.c5 * t * t - a.rest
-            if np.isfinite(value) and value > best:
-                best, at_s, at_t = value, s, t
-    return best, at_s, at_t
-
-
-@_compiled
-def _highest(slope, bend):
+def _highest(slope: Floats, bend: Floats) -> Floats:
     """Maximum of slope·s + bend·s² over [-1, 1]."""
-    return slope * slope / (-4.0 * bend) if abs(slope) < -2.0 * bend else abs(slope) + bend
+    inside = np.abs(slope) < -2.0 * bend
+    return np.where(inside, slope * slope / np.where(inside, -4.0 * bend, 1.0), np.abs(slope) + bend)
 
 
-@_compiled
-def modelled(p):
-    """The model of a polynomial with coefficients (4, 4) of t^i s^j; terms beyond second order go into the rest."""
-    rest = 0.0
-    for i in range(4):
-        for j in range(max(3 - i, 0), 4):
-            rest += abs(p[i, j])
-    return taylor(p[0, 0], p[0, 1], p[1, 0], p[0, 2], p[1, 1], p[2, 0], rest)
+def modelled(p: Floats) -> tuple[Taylor, ...]:
+    """The models of f polynomials with coefficients (f, 4, 4, n) of t^i s^j, or with fewer powers of t or of s.
+
+    Terms beyond second order go into the rest.
+    """
+    found = np.zeros((len(p), 7, p.shape[-1]))
+    for i, j in np.ndindex(p.shape[1:3]):
+        if i + j > 2:
+            found[:, 6] += np.abs(p[:, i, j])
+        else:
+            found[:, _POWERS[i][j]] = p[:, i, j]
+    return tuple(map(Taylor, found))

@@ -16,8 +16,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
+from numba.extending import register_jitable
 from numpy.typing import ArrayLike, NDArray
 
 from pneumorph.geometry.tube.local import pieces
@@ -86,7 +86,7 @@ def meridian(surface: TubeSurface) -> Meridian:
     return Meridian(pieces(surface.basis_r), surface.parallels, *surface.poles, surface.size[1], np.stack(turns))
 
 
-@numba.njit(cache=True, nogil=True)
+@register_jitable
 def side_of(base, tip, r):
     """By which end a place at r is measured, given which ends are poles: 0 for the base, 1 for the tip."""
     return 1 if tip and (r > 0.5 or not base) else 0
@@ -106,7 +106,7 @@ def frame(surface: TubeSurface, r: ArrayLike) -> Frame:
     return Frame(across, along, across_r, along_r, shrink, slope, around.turns, side)
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def local_frame(meridian, r, functions):
     """Write the parts (4, 3, 4) of the frame at r that are nonzero; returns their first row of the net, S and dS/dr.
 
@@ -130,7 +130,7 @@ def local_frame(meridian, r, functions):
     return span, 1.0, 0.0
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@register_jitable(error_model="numpy")
 def _polar(meridian, span, u, rate, flipped, functions):
     """The same with poles, at the place u (0 to 1) on a span.
 
