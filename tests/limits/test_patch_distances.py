@@ -9,8 +9,8 @@ from pneumorph.geometry.tube.surface import cap_points
 from pneumorph.limits.certify.enclosed import Accuracy
 from pneumorph.limits.tube.certify.cells import knot_spans
 from pneumorph.limits.tube.certify.patch_distances import gaps, nearest, patches, without_discs
-from pneumorph.limits.tube.certify.quadratic_bounds import clears, workspace
-from pneumorph.limits.tube.certify.slabs import slab
+from pneumorph.limits.tube.certify.quadratic_bounds import clears
+from pneumorph.limits.tube.certify.slabs import slab, steps
 from pneumorph.problem import BodySpec
 
 # Start and width in q and r of a part of a tube, and its circumference relative to that at the start: 1 mm of 40.
@@ -115,24 +115,31 @@ def test_places_round_a_pole_are_neighbours(make_body):
     assert 0.995 * 1.9 <= certified <= seen
 
 
+def widest(a, b):
+    """The widest slab between two patches (4, 4, 3)."""
+    return slab(np.stack([a, b]).reshape(2, 48), np.zeros((4, 3)))
+
+
 def test_slabs_are_of_second_order():
     # Facing pieces of cylinders about one axis, of radius 3 and 5.
     errors = []
     for width in 0.4 * 0.5 ** np.arange(4):
         angle = width * np.array([-0.5, 0.5])
         nets = [arc(radius, *angle) for radius in (3.0, 5.0)]
-        errors.append(2.0 - slab(*nets, np.zeros(3)))
+        errors.append(2.0 - widest(*nets))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(rates, 2.0, atol=0.1)
 
 
 def largest_cleared(a, b, boxes=(PLANE, PLANE), neighbourhood=0.0):
     """The largest distance that `clears` proves, by bisection."""
-    arrays, span, size = workspace(), np.tile([0.0, 1.0], 4), np.array([40.0, 40.0])
+    nets, path = np.stack([a, b]).reshape(2, 48), np.empty((3, 2))
+    arrays = [np.empty(shape) for shape in ((13, 3), (4, 4), (4, 4), (4, 4), (4, 4))]
+    steps(np.stack(boxes), np.arange(2), np.tile([0.0, 1.0], 4), np.array([40.0, 40.0]), neighbourhood, path)
     low, high = 0.0, 10.0
     for _ in range(50):
         middle = 0.5 * (low + high)
-        if clears(a, b, *boxes, span, size, neighbourhood, middle, arrays):
+        if clears(nets, path, neighbourhood, middle, *arrays):
             low = middle
         else:
             high = middle
@@ -145,7 +152,7 @@ def test_quadratics_are_of_third_order():
         angle = width * np.array([-0.5, 0.5])
         nets = [arc(radius, *angle) for radius in (3.0, 5.0)]
         errors.append(2.0 - largest_cleared(*nets))
-        assert errors[-1] < 0.25 * (2.0 - slab(*nets, np.zeros(3)))
+        assert errors[-1] < 0.25 * (2.0 - widest(*nets))
     assert np.log2(errors[-2] / errors[-1]) > 2.9
 
 
@@ -179,7 +186,7 @@ def test_the_edge_of_the_neighbourhood_is_cleared():
     flat = np.stack([*np.meshgrid(side, side), np.zeros((4, 4))], axis=-1)
     boxes = np.array([0, 0.0125, 0, 0.0125, 1, 0, 0, 0]), np.array([0.0125, 0.0125, 0, 0.0125, 1, 0, 0, 0])
     beside = flat + np.array([0.5, 0.0, 0.0])
-    assert slab(flat, beside, np.zeros(3)) == 0.0
+    assert widest(flat, beside) == 0.0
     # The neighbourhood is a chord of the tube, and 0.0005 shorter than the arc.
     assert largest_cleared(flat, beside, boxes, 0.8) == pytest.approx(0.8, abs=6e-4)
 

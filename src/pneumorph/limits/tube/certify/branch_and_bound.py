@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pneumorph.doing import doing
-from pneumorph.limits.tube.certify.closest_pair import between, counts, descend
-from pneumorph.limits.tube.certify.quadratic_bounds import clears, workspace
-from pneumorph.limits.tube.certify.slabs import farthest, linked, slab
+from pneumorph.limits.tube.certify.closest_pair import apart, descend, distance
+from pneumorph.limits.tube.certify.quadratic_bounds import clears
+from pneumorph.limits.tube.certify.slabs import MEAN, linked, slab, steps
 from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
@@ -30,23 +30,25 @@ _SHARE = 64  # pairs that a thread takes at once
 
 
 class Sides(NamedTuple):
-    """The patches of two surfaces, or those of one twice.
+    """The patches of two surfaces, those of the first before those of the second, or those of one twice.
 
     Attributes
     ----------
-    nets, others : (n, 4, 4, 3) arrays
-        Control nets of the patches on either side, mm.
-    boxes, other_boxes : (n, 8) arrays
+    nets, powers : (n, 48) arrays
+        Control nets of the patches, and coefficients of v^i u^j; each along v, along u, and component, mm.
+    boxes : (n, 8) array
         Start and width in q and in r, and the coefficients of S(v), for distances on the starting tube.
     size : (2,) array
         Circumference and length of that tube, mm.
+    second : int
+        Which patch is the first of the second surface.
     """
 
     nets: Floats
-    others: Floats
+    powers: Floats
     boxes: Floats
-    other_boxes: Floats
     size: Floats
+    second: int
 
 
 def spheres(nets: Floats) -> tuple[Floats, Floats]:
@@ -116,11 +118,10 @@ def approach(pairs: Ints, sides: Sides, neighbourhood: float) -> tuple[Floats, F
     neighbourhood : float
         Points nearer than this on the starting tube do not count, mm; all count if it is zero.
     """
-    nets, others, boxes, other_boxes, size = sides
-    at = np.full((len(pairs), 4), 0.5)
+    at, x = np.full((len(pairs), 4), 0.5), np.empty((12, 3))
     attained = [
-        descend(nets[i], others[j], here, boxes[i], other_boxes[j], size, neighbourhood)
-        for (i, j), here in zip(pairs, at, strict=True)
+        descend(sides.powers, sides.boxes, pair, here, sides.size, neighbourhood, x)
+        for pair, here in zip(pairs + np.array([0, sides.second]), at, strict=True)
     ]
     return np.array(attained), at
 
@@ -160,74 +161,71 @@ def least_distances(
         Their u, v on both patches.
     """
     lower, attained, at = np.empty(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
+    both = pairs + np.array([0, sides.second])
 
     def work(some: slice) -> None:
         far(f"{some.start} of {len(pairs)}")
         into = lower[some], attained[some], at[some]
-        _bound(pairs[some], tuple(sides), neighbourhood, asked, accuracy, most, into)
+        _bound(both[some], sides[:4], neighbourhood, asked, accuracy, most, _room(), _scratch(), into)
 
     with doing("pairs of patches") as far:
         each(work, [slice(first, first + _SHARE) for first in range(0, len(pairs), _SHARE)])
     return lower, attained, at
 
 
+def _room() -> tuple[Floats, ...]:
+    """Arrays of `_bound`.
+
+    For the parts of a pair that are still to be looked at, nets, ranges of u and v, and their bounds so far and numbers
+    of halvings; for one of them, nets, ranges and a place; derivatives and points of both patches.
+    """
+    most = _DEPTH + 2
+    return tuple(map(np.empty, ((most, 2, 48), (most, 8), (most, 2), (2, 48), 8, 4, (12, 3), (10, 3))))
+
+
+def _scratch() -> tuple[Floats, ...]:
+    """Arrays of `_raised`: those of `steps`, `slab`, `linked` and `clears`."""
+    return tuple(map(np.empty, ((3, 2), (4, 3), (6, 4), (13, 3), (4, 4), (4, 4), (4, 4), (4, 4))))
+
+
 @numba.njit(cache=True, nogil=True)
-def _bound(pairs, sides, neighbourhood, asked, accuracy, most, into):
+def _bound(pairs, sides, neighbourhood, asked, accuracy, most, room, scratch, into):
     """The bounds of some pairs, see `least_distances`; fills its results, which are `into`."""
-    nets, others, boxes, other_boxes, size = sides
+    nets, powers, boxes, size = sides
     lower, attained, at = into
     gap, decided, bound, needed = accuracy
-    way, here, whole = np.empty(3), np.empty(4), np.empty(8)
-    for c in range(8):
-        whole[c] = c % 2
-    starts, room = np.empty((2, 5, 3)), workspace()
-    parts, halves, extents, span = np.empty((2, 4, 4, 3)), np.empty((2, 4, 4, 3)), np.empty((2, 2)), np.empty(8)
-    # Pairs of parts still to look at: nets, ranges of u and v, bounds so far and halvings.
-    stack, ranges = np.empty((_DEPTH + 2, 2, 4, 4, 3)), np.empty((_DEPTH + 2, 8))
-    bounds, depths = np.empty(_DEPTH + 2), np.empty(_DEPTH + 2, dtype=np.int64)
+    stack, ranges, marks, parent, span, here, x, points = room
+    directions = scratch[1]
     for k in range(len(pairs)):
-        a, b, box_a, box_b = nets[pairs[k, 0]], others[pairs[k, 1]], boxes[pairs[k, 0]], other_boxes[pairs[k, 1]]
-        place = at[k]
-        if neighbourhood > 0.0 and farthest(box_a, box_b, whole, size) < neighbourhood:
-            lower[k] = np.inf
-            continue
+        pair, place = pairs[k], at[k]
+        for side in range(2):
+            number = pair[side]
+            for e in range(48):
+                stack[0, side, e] = nets[number, e]
+        for c in range(8):
+            ranges[0, c] = c % 2
         for c in range(3):
-            way[c] = 0.0
-        least = slab(a, b, way)
-        if neighbourhood > 0.0 and least < asked:
-            least = max(least, linked(a, b, box_a, box_b, whole, size, neighbourhood))
-        if least < asked and clears(a, b, box_a, box_b, whole, size, neighbourhood, asked, room):
-            least = asked
+            directions[1, c] = 0.0
+        least = slab(stack[0], directions)
+        if neighbourhood > 0.0 or least < asked:
+            least = _raised(stack[0], boxes, pair, ranges[0], size, neighbourhood, asked, least, scratch)
         lower[k] = least
         if least >= asked:
             continue
 
         # Where points of the whole patches come nearest; a start at the corners and the middles of both.
-        _starts(a, starts[0])
-        _starts(b, starts[1])
-        best = np.inf
-        for start in range(25):
-            one, other = start // 5, start % 5
-            away = _away(starts[0, one], starts[1, other])
-            if away < best:
-                here[0], here[1] = (one % 2, one // 2) if one < 4 else (0.5, 0.5)
-                here[2], here[3] = (other % 2, other // 2) if other < 4 else (0.5, 0.5)
-                if counts(box_a, box_b, here, size, neighbourhood):
-                    best = away
-                    for c in range(4):
-                        place[c] = here[c]
+        best = _start(stack[0], boxes, pair, size, neighbourhood, points, here, place)
         # Nearest points are sought only where they may be nearer than asked: seeking takes as long as several halvings.
+        if best < asked:
+            best = descend(powers, boxes, pair, place, size, neighbourhood, x)
+        elif best < np.inf:
+            best = distance(powers, boxes, pair, place, size, neighbourhood, x)
         if best < np.inf:
-            if best < asked:
-                best = descend(a, b, place, box_a, box_b, size, neighbourhood)
-            between(a, b, place, way)
+            for c in range(3):
+                directions[1, c] = x[6, c] - x[0, c]
 
         certified = np.inf
-        _copy(a, stack[0, 0])
-        _copy(b, stack[0, 1])
-        for c in range(8):
-            ranges[0, c] = whole[c]
-        bounds[0], depths[0] = least, 0
+        marks[0, 0], marks[0, 1] = least, 0.0
         height, looked = 1, 0
         while height:
             height -= 1
@@ -238,123 +236,140 @@ def _bound(pairs, sides, neighbourhood, asked, accuracy, most, into):
                     enough = max(enough, min(needed, best - decided))
                 enough = min(asked, enough)
             looked += 1
-            if bounds[height] >= enough or depths[height] >= _DEPTH or looked > most:
-                certified = min(certified, bounds[height])
+            least, depth = marks[height, 0], marks[height, 1]
+            if least >= enough or depth >= _DEPTH or looked > most:
+                certified = min(certified, least)
                 continue
-            least, depth = bounds[height], depths[height]
             for side in range(2):
-                _copy(stack[height, side], parts[side])
-                for axis in range(2):
-                    extents[side, axis] = _extent(parts[side], axis)
+                for e in range(48):
+                    parent[side, e] = stack[height, side, e]
+            cut, axis = _longest(parent)
+            entry = 4 * cut + 2 * (1 - axis)
+            low, high = ranges[height, entry], ranges[height, entry + 1]
             for c in range(8):
                 span[c] = ranges[height, c]
-            side = 0 if max(extents[0, 0], extents[0, 1]) >= max(extents[1, 0], extents[1, 1]) else 1
-            axis = 0 if extents[side, 0] > extents[side, 1] else 1
-            _halve(parts[side], axis, halves[0], halves[1])
-            entry = 4 * side + (2 if axis == 0 else 0)
-            middle = 0.5 * (span[entry] + span[entry + 1])
             for half in range(2):
+                net = stack[height]
+                for e in range(48):
+                    net[1 - cut, e] = parent[1 - cut, e]
+                _halve(parent, cut, axis, half, net)
                 for c in range(8):
                     ranges[height, c] = span[c]
-                ranges[height, entry + 1 - half] = middle
-                if neighbourhood > 0.0 and farthest(box_a, box_b, ranges[height], size) < neighbourhood:
+                ranges[height, entry + 1 - half] = 0.5 * (low + high)
+                bounded = max(least, slab(net, directions))
+                if neighbourhood > 0.0 or bounded < enough:
+                    bounded = _raised(net, boxes, pair, ranges[height], size, neighbourhood, enough, bounded, scratch)
+                marks[height, 0] = bounded
+                if bounded >= enough:
+                    certified = min(certified, bounded)
                     continue
-                child_a, child_b = stack[height, 0], stack[height, 1]
-                _copy(halves[half], stack[height, side])
-                _copy(parts[1 - side], stack[height, 1 - side])
-                bounds[height] = max(least, slab(child_a, child_b, way))
-                if neighbourhood > 0.0 and bounds[height] < enough:
-                    link = linked(child_a, child_b, box_a, box_b, ranges[height], size, neighbourhood)
-                    bounds[height] = max(bounds[height], link)
-                if bounds[height] < enough and clears(
-                    child_a, child_b, box_a, box_b, ranges[height], size, neighbourhood, enough, room
-                ):
-                    bounds[height] = enough
-                if bounds[height] >= enough:
-                    certified = min(certified, bounds[height])
-                    continue
-                _middle(child_a, starts[0, 4])
-                _middle(child_b, starts[1, 4])
-                away = _away(starts[0, 4], starts[1, 4])
                 for c in range(4):
                     here[c] = 0.5 * (ranges[height, 2 * c] + ranges[height, 2 * c + 1])
-                if away < best and counts(box_a, box_b, here, size, neighbourhood):
+                away = distance(powers, boxes, pair, here, size, neighbourhood, x)
+                if away < best:
                     if away < asked:
-                        away = descend(a, b, here, box_a, box_b, size, neighbourhood)
+                        away = descend(powers, boxes, pair, here, size, neighbourhood, x)
                     best = away
                     for c in range(4):
                         place[c] = here[c]
-                    between(a, b, here, way)
-                depths[height] = depth + 1
+                    for c in range(3):
+                        directions[1, c] = x[6, c] - x[0, c]
+                marks[height, 1] = depth + 1.0
                 height += 1
         if asked <= best < np.inf and certified < asked:
-            best = descend(a, b, place, box_a, box_b, size, neighbourhood)
+            best = descend(powers, boxes, pair, place, size, neighbourhood, x)
         lower[k], attained[k] = max(certified, 0.0), best
 
 
-@numba.njit(cache=True)
-def _starts(net, points):
-    """The corners of a patch and its middle, into `points` (5, 3)."""
-    for c in range(3):
-        points[0, c], points[1, c] = net[0, 0, c], net[0, 3, c]
-        points[2, c], points[3, c] = net[3, 0, c], net[3, 3, c]
-    _middle(net, points[4])
+@numba.njit(cache=True, forceinline=True)
+def _raised(nets, boxes, pair, span, size, neighbourhood, enough, least, scratch):
+    """A lower bound of the distance of parts of two patches that is known, raised; infinite if no points count.
+
+    Parameters
+    ----------
+    nets, boxes, pair, span, size, neighbourhood
+        As `steps` and `linked` have them.
+    enough : float
+        What is larger is not raised further, mm.
+    least : float
+        The bound that is known, mm.
+    scratch : tuple of arrays
+        See `_scratch`.
+    """
+    path, directions, heights, terms, M, L, H, vectors = scratch
+    known = True
+    if neighbourhood > 0.0:
+        reach, known = steps(boxes, pair, span, size, neighbourhood, path)
+        if reach < neighbourhood:
+            return np.inf
+    if known and least < enough:
+        if neighbourhood > 0.0:
+            least = max(least, linked(nets, path, neighbourhood, directions, heights))
+        if least < enough and clears(nets, path, neighbourhood, enough, terms, M, L, H, vectors):
+            least = enough
+    return least
 
 
 @numba.njit(cache=True)
-def _middle(net, point):
-    """The middle of a patch."""
-    for c in range(3):
-        total = 0.0
-        for i in range(4):
-            row = net[i, 0, c] + 3.0 * (net[i, 1, c] + net[i, 2, c]) + net[i, 3, c]
-            total += row if i % 3 == 0 else 3.0 * row
-        point[c] = total / 64.0
-
-
-@numba.njit(cache=True)
-def _away(one, other):
-    """Distance of two points."""
-    return np.sqrt((one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2)
-
-
-@numba.njit(cache=True)
-def _copy(source, target):
-    """Copy a net."""
-    for i in range(4):
-        for j in range(4):
+def _start(nets, boxes, pair, size, neighbourhood, points, here, place):
+    """The least distance between corners and middles of two patches that count, and where it is, in `place` (4,)."""
+    for row in range(10):
+        for c in range(3):
+            points[row, c] = 0.0
+            if row % 5 < 4:
+                points[row, c] = nets[row // 5, 36 * (row % 5 // 2) + 9 * (row % 5 % 2) + c]
+            else:
+                for i in range(4):
+                    for j in range(4):
+                        points[row, c] += MEAN[i] * MEAN[j] * nets[row // 5, 12 * i + 3 * j + c]
+    best = np.inf
+    for one in range(5):
+        for other in range(5):
+            square = 0.0
             for c in range(3):
-                target[i, j, c] = source[i, j, c]
+                square += (points[one, c] - points[5 + other, c]) ** 2
+            if square < best:
+                for side in range(2):
+                    number = other if side else one
+                    here[2 * side] = number % 2 if number < 4 else 0.5
+                    here[2 * side + 1] = number // 2 if number < 4 else 0.5
+                if neighbourhood == 0.0 or apart(boxes, pair, here, size) >= neighbourhood:
+                    best = square
+                    for c in range(4):
+                        place[c] = here[c]
+    return np.sqrt(best)
 
 
 @numba.njit(cache=True)
-def _extent(net, axis):
-    """Square of the longer chord of a net between its opposite sides, along the edges."""
-    longest = 0.0
-    for k in range(0, 4, 3):
+def _longest(nets):
+    """Which of two patches, and along which axis, has the longest chord between opposite sides."""
+    longest, cut, axis = -1.0, -1, -1
+    for number in range(8):
+        # Of each axis, two edges.
+        side, across = number // 4, number // 2 % 2
+        step, first = (9, 36) if across == 0 else (36, 9)
         square = 0.0
         for c in range(3):
-            step = net[3, k, c] - net[0, k, c] if axis == 0 else net[k, 3, c] - net[k, 0, c]
-            square += step * step
-        longest = max(longest, square)
-    return longest
+            at = number % 2 * first + c
+            square += (nets[side, at + step] - nets[side, at]) ** 2
+        if square > longest:
+            longest, cut, axis = square, side, 1 - across
+    return cut, axis
 
 
 @numba.njit(cache=True)
-def _halve(net, axis, first, second):
-    """Control nets of both halves of a patch, by de Casteljau's algorithm."""
-    for k in range(4):
-        for c in range(3):
-            if axis == 0:
-                p0, p1, p2, p3 = net[0, k, c], net[1, k, c], net[2, k, c], net[3, k, c]
+def _halve(nets, side, axis, half, net):
+    """Write the control net of one half of a patch to its side of `net` (2, 48), by de Casteljau's algorithm."""
+    line, step = 3 if axis == 0 else 12, 12 if axis == 0 else 3
+    for place in range(4):
+        for first in range(line * place, line * place + 3):
+            # From the end that the half has.
+            if half:
+                p0, way = first + 3 * step, -step
             else:
-                p0, p1, p2, p3 = net[k, 0, c], net[k, 1, c], net[k, 2, c], net[k, 3, c]
-            p01, p12, p23 = 0.5 * (p0 + p1), 0.5 * (p1 + p2), 0.5 * (p2 + p3)
-            p012, p123 = 0.5 * (p01 + p12), 0.5 * (p12 + p23)
-            middle = 0.5 * (p012 + p123)
-            if axis == 0:
-                first[0, k, c], first[1, k, c], first[2, k, c], first[3, k, c] = p0, p01, p012, middle
-                second[0, k, c], second[1, k, c], second[2, k, c], second[3, k, c] = middle, p123, p23, p3
-            else:
-                first[k, 0, c], first[k, 1, c], first[k, 2, c], first[k, 3, c] = p0, p01, p012, middle
-                second[k, 0, c], second[k, 1, c], second[k, 2, c], second[k, 3, c] = middle, p123, p23, p3
+                p0, way = first, step
+            a, b, c, d = nets[side, p0], nets[side, p0 + way], nets[side, p0 + 2 * way], nets[side, p0 + 3 * way]
+            ab, bc, cd = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + d)
+            abc, bcd = 0.5 * (ab + bc), 0.5 * (bc + cd)
+            net[side, p0], net[side, p0 + way] = a, ab
+            net[side, p0 + 2 * way], net[side, p0 + 3 * way] = abc, 0.5 * (abc + bcd)

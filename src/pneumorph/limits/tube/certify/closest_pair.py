@@ -1,4 +1,8 @@
-"""Points of two patches: their distance in space and on the starting tube, and the closest pair."""
+"""Points of two patches: their distance in space and on the starting tube, and the closest pair.
+
+A pair of patches is given by their indices (2,) in arrays of all of them. Places on both are u and v on the first and
+then on the second, from 0 to 1.
+"""
 
 from __future__ import annotations
 
@@ -7,234 +11,159 @@ import numpy as np
 
 
 @numba.njit(cache=True)
-def apart(box_a, box_b, u_a, v_a, u_b, v_b, size):
+def apart(boxes, pair, here, size):
     """Distance in mm between two points on the starting tube, see `measures/distances.py`.
 
     Parameters
     ----------
-    box_a, box_b : (8,) arrays
-        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
-    u_a, v_a, u_b, v_b : float
-        The points on both patches, from 0 to 1.
-    size : (2,) array
-        Circumference and length of the starting tube, mm.
-    """
-    turn = abs(box_a[0] + u_a * box_a[1] - box_b[0] - u_b * box_b[1])
-    aside = abs(np.sin(np.pi * turn)) / np.pi * min(cubic(box_a[4:], v_a), cubic(box_b[4:], v_b))
-    up = box_a[2] + v_a * box_a[3] - box_b[2] - v_b * box_b[3]
-    return np.hypot(aside * size[0], up * size[1])
-
-
-@numba.njit(cache=True)
-def cubic(c, v):
-    """Value at v of the cubic with coefficients c (4,)."""
-    return c[0] + v * (c[1] + v * (c[2] + v * c[3]))
-
-
-@numba.njit(cache=True)
-def counts(box_a, box_b, here, size, neighbourhood):
-    """Whether two points are not within each other's neighbourhood.
-
-    Parameters
-    ----------
-    box_a, box_b : (8,) arrays
-        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    boxes : (n, 8) array
+        Start and width in q and in r of patches, and the coefficients of S(v), see `Patches`.
+    pair : (2,) array
     here : (4,) array
-        u and v on the first and on the second patch, from 0 to 1.
     size : (2,) array
         Circumference and length of the starting tube, mm.
-    neighbourhood : float
-        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
     """
-    if neighbourhood == 0.0:
-        return True
-    return apart(box_a, box_b, here[0], here[1], here[2], here[3], size) >= neighbourhood
+    turn, up, shrink = 0.0, 0.0, np.inf
+    for side in range(2):
+        k, sign = pair[side], 1.0 - 2.0 * side
+        turn += sign * (boxes[k, 0] + here[2 * side] * boxes[k, 1])
+        up += sign * (boxes[k, 2] + here[2 * side + 1] * boxes[k, 3])
+        shrink = min(shrink, around(boxes, k, here[2 * side + 1]))
+    return np.hypot(np.sin(np.pi * turn) / np.pi * shrink * size[0], up * size[1])
 
 
 @numba.njit(cache=True)
-def distance(a, b, here, box_a, box_b, size, neighbourhood):
+def around(boxes, k, v):
+    """S at v of a patch."""
+    return boxes[k, 4] + v * (boxes[k, 5] + v * (boxes[k, 6] + v * boxes[k, 7]))
+
+
+@numba.njit(cache=True)
+def distance(powers, boxes, pair, here, size, neighbourhood, x):
     """Distance in mm between two points; infinite if they are within each other's neighbourhood.
 
     Parameters
     ----------
-    a, b : (4, 4, 3) arrays
-        Control nets of both patches, mm.
-    here : (4,) array
-        u and v on the first and on the second patch, from 0 to 1.
-    box_a, box_b : (8,) arrays
-        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
-    size : (2,) array
-        Circumference and length of the starting tube, mm.
+    powers : (n, 48) array
+        Coefficients of v^i u^j and component of patches, mm.
+    boxes, pair, here, size
+        As `apart` has them.
     neighbourhood : float
         Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+    x : (12, 3) array
+        Overwritten by position and derivatives u, v, uu, uv, vv of either patch, mm, if the points count.
     """
-    if not counts(box_a, box_b, here, size, neighbourhood):
+    if neighbourhood > 0.0 and apart(boxes, pair, here, size) < neighbourhood:
         return np.inf
-    way = np.empty(3)
-    between(a, b, here, way)
-    return np.sqrt(way[0] ** 2 + way[1] ** 2 + way[2] ** 2)
+    for side in range(2):
+        k, u, v = pair[side], here[2 * side], here[2 * side + 1]
+        for c in range(3):
+            at, at_u, at_v, at_uu, at_uv, at_vv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for i in range(3, -1, -1):
+                row, row_u, row_uu = 0.0, 0.0, 0.0
+                for j in range(3, -1, -1):
+                    row_uu = row_uu * u + 2.0 * row_u
+                    row_u = row_u * u + row
+                    row = row * u + powers[k, 12 * i + 3 * j + c]
+                at_vv, at_uv, at_uu = at_vv * v + 2.0 * at_v, at_uv * v + at_u, at_uu * v + row_uu
+                at_v, at_u, at = at_v * v + at, at_u * v + row_u, at * v + row
+            first = 6 * side
+            x[first, c], x[first + 1, c], x[first + 2, c] = at, at_u, at_v
+            x[first + 3, c], x[first + 4, c], x[first + 5, c] = at_uu, at_uv, at_vv
+    square = 0.0
+    for c in range(3):
+        square += (x[6, c] - x[0, c]) ** 2
+    return np.sqrt(square)
 
 
 @numba.njit(cache=True)
-def descend(a, b, here, box_a, box_b, size, neighbourhood):
+def descend(powers, boxes, pair, here, size, neighbourhood, x):
     """Move two points within their patches to a local minimum of their distance, by damped Newton steps; returns it.
 
     Parameters
     ----------
-    a, b : (4, 4, 3) arrays
-        Control nets of both patches, mm.
+    powers, boxes, pair, size, neighbourhood, x
+        As `distance` has them.
     here : (4,) array
-        u and v on the first and on the second patch, from 0 to 1. Overwritten.
-    box_a, box_b : (8,) arrays
-        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
-    size : (2,) array
-        Circumference and length of the starting tube, mm.
-    neighbourhood : float
-        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+        Overwritten.
     """
-    best = distance(a, b, here, box_a, box_b, size, neighbourhood)
-    x, y = np.empty((6, 3)), np.empty((6, 3))
-    slope, H, trial = np.empty(4), np.empty((4, 4)), np.empty(4)
+    best = distance(powers, boxes, pair, here, size, neighbourhood, x)
+    H, L, vectors = np.empty((4, 4)), np.empty((4, 4)), np.empty((3, 4))
     damping, fresh = 1e-3, True
     for _ in range(16):
         if fresh:
-            _derivatives(a, here[0], here[1], x)
-            _derivatives(b, here[2], here[3], y)
+            _expand(x, vectors, H)
             for m in range(4):
-                slope[m] = 0.0
-                for n in range(4):
-                    H[m, n] = 0.0
-            for c in range(3):
-                away = x[0, c] - y[0, c]
-                for m in range(2):
-                    slope[m] += away * x[1 + m, c]
-                    slope[2 + m] -= away * y[1 + m, c]
-                    for n in range(2):
-                        H[m, n] += x[1 + m, c] * x[1 + n, c] + away * x[3 + m + n, c]
-                        H[2 + m, 2 + n] += y[1 + m, c] * y[1 + n, c] - away * y[3 + m + n, c]
-                        H[m, 2 + n] -= x[1 + m, c] * y[1 + n, c]
-            for m in range(2):
-                for n in range(2):
-                    H[2 + n, m] = H[m, 2 + n]
-            for m in range(4):
-                if (here[m] <= 0.0 and slope[m] > 0.0) or (here[m] >= 1.0 and slope[m] < 0.0):
-                    slope[m] = 0.0
+                slope = vectors[0, m]
+                if (here[m] <= 0.0 and slope > 0.0) or (here[m] >= 1.0 and slope < 0.0):
+                    vectors[0, m] = 0.0
                     for n in range(4):
                         H[m, n], H[n, m] = 0.0, 0.0
                     H[m, m] = 1.0
-        scale = max(H[0, 0], H[1, 1], H[2, 2], H[3, 3], 1e-12)
-        if not _solve(H, damping * scale, slope, trial):
+        scale = 1e-12
+        for m in range(4):
+            scale = max(scale, H[m, m])
+            vectors[1, m] = vectors[0, m]
+        if not factorised(H, damping * scale, L):
             damping, fresh = 8.0 * damping, False
             continue
+        substitute(L, vectors, 1)
         moved = 0.0
         for m in range(4):
-            trial[m] = min(max(here[m] - trial[m], 0.0), 1.0)
-            moved = max(moved, abs(trial[m] - here[m]))
-        away = distance(a, b, trial, box_a, box_b, size, neighbourhood)
-        if away < best:
-            fresh = True
-            converged = best - away < 1e-7 * best
+            vectors[2, m] = min(max(here[m] - vectors[1, m], 0.0), 1.0)
+            moved = max(moved, abs(vectors[2, m] - here[m]))
+        away = distance(powers, boxes, pair, vectors[2], size, neighbourhood, x)
+        fresh = away < best
+        converged = best - away < 1e-7 * best
+        damping *= 0.1 if fresh else 8.0
+        if fresh:
             best = away
             for m in range(4):
-                here[m] = trial[m]
-            damping *= 0.1
-            if converged:
-                break
-        else:
-            damping, fresh = 8.0 * damping, False
-        if moved < 1e-9:
+                here[m] = vectors[2, m]
+        if moved < 1e-9 or (fresh and converged):
             break
-    return best
+    return distance(powers, boxes, pair, here, size, neighbourhood, x)
 
 
 @numba.njit(cache=True)
-def between(a, b, here, way):
-    """Vector between the points at u, v of both patches (4,), from the first to the second.
-
-    Parameters
-    ----------
-    a, b : (4, 4, 3) arrays
-        Control nets of both patches, mm.
-    here : (4,) array
-        u and v on the first and on the second patch, from 0 to 1.
-    way : (3,) array
-        Overwritten by the vector, mm.
-    """
-    x, y = np.empty(3), np.empty(3)
-    _point(a, here[0], here[1], x)
-    _point(b, here[2], here[3], y)
-    for c in range(3):
-        way[c] = y[c] - x[c]
-
-
-@numba.njit(cache=True)
-def _point(net, u, v, out):
-    """Position of a point of a patch."""
-    s, t = 1.0 - u, 1.0 - v
-    out[0], out[1], out[2] = 0.0, 0.0, 0.0
-    for i in range(4):
-        wv = t * t * t if i == 0 else 3 * t * t * v if i == 1 else 3 * t * v * v if i == 2 else v * v * v
-        for j in range(4):
-            wu = s * s * s if j == 0 else 3 * s * s * u if j == 1 else 3 * s * u * u if j == 2 else u * u * u
-            for c in range(3):
-                out[c] += wv * wu * net[i, j, c]
-
-
-@numba.njit(cache=True)
-def _derivatives(net, u, v, out):
-    """Position and derivatives u, v, uu, uv, vv of a patch, into out (6, 3)."""
-    by_u, by_v = np.empty((3, 4)), np.empty((3, 4))
-    _weights(u, by_u)
-    _weights(v, by_v)
-    for m in range(6):
+def _expand(x, slope, H):
+    """Derivatives of half the squared distance of two points: to slope (·, 4), first row, and H (4, 4)."""
+    for m in range(4):
+        # Of the vector between the points, by u and v of either.
+        one, sign = m + 1 if m < 2 else m + 5, 1.0 if m < 2 else -1.0
+        slope[0, m] = 0.0
         for c in range(3):
-            out[m, c] = 0.0
-    for i in range(4):
-        for j in range(4):
-            w0, w1, w2 = by_v[0, i] * by_u[0, j], by_v[0, i] * by_u[1, j], by_v[1, i] * by_u[0, j]
-            w3, w4, w5 = by_v[0, i] * by_u[2, j], by_v[1, i] * by_u[1, j], by_v[2, i] * by_u[0, j]
+            slope[0, m] += sign * (x[0, c] - x[6, c]) * x[one, c]
+        for n in range(4):
+            other, bend = n + 1 if n < 2 else n + 5, one // 6 * 6 + 3 + m % 2 + n % 2
+            same = m // 2 == n // 2
+            H[m, n] = 0.0
             for c in range(3):
-                p = net[i, j, c]
-                out[0, c] += w0 * p
-                out[1, c] += w1 * p
-                out[2, c] += w2 * p
-                out[3, c] += w3 * p
-                out[4, c] += w4 * p
-                out[5, c] += w5 * p
+                product = x[one, c] * x[other, c]
+                H[m, n] += product + sign * (x[0, c] - x[6, c]) * x[bend, c] if same else -product
 
 
-@numba.njit(cache=True)
-def _weights(t, values):
-    """Bernstein polynomials (3, 4) and their first two derivatives at t."""
-    s = 1.0 - t
-    values[0, 0], values[0, 1], values[0, 2], values[0, 3] = s * s * s, 3 * s * s * t, 3 * s * t * t, t * t * t
-    values[1, 0], values[1, 1] = -3 * s * s, 3 * s * s - 6 * s * t
-    values[1, 2], values[1, 3] = 6 * s * t - 3 * t * t, 3 * t * t
-    values[2, 0], values[2, 1], values[2, 2], values[2, 3] = 6 * s, 6 * t - 12 * s, 6 * s - 12 * t, 6 * t
-
-
-@numba.njit(cache=True)
-def _solve(H, shift, slope, step):
-    """Solve (H + shift) step = slope by Cholesky's method; returns False if the matrix is not positive definite."""
-    L = np.zeros((4, 4))
+@numba.njit(cache=True, error_model="numpy")
+def factorised(M, shift, L):
+    """Whether M + shift (4, 4) is positive definite, of which the lower half is used; its factor L D Lᵀ has D in L."""
     for i in range(4):
         for j in range(i + 1):
-            total = H[i, j] + (shift if i == j else 0.0)
+            total = M[i, j] + (shift if i == j else 0.0)
             for k in range(j):
-                total -= L[i, k] * L[j, k]
-            if i == j:
-                if total <= 0.0:
-                    return False
-                L[i, i] = np.sqrt(total)
-            else:
-                L[i, j] = total / L[j, j]
-    for i in range(4):
-        step[i] = slope[i]
-        for k in range(i):
-            step[i] -= L[i, k] * step[k]
-        step[i] /= L[i, i]
-    for i in range(3, -1, -1):
-        for k in range(i + 1, 4):
-            step[i] -= L[k, i] * step[k]
-        step[i] /= L[i, i]
+                total -= L[i, k] * L[j, k] * L[k, k]
+            L[i, j] = total if i == j else total / L[j, j]
+        if not L[i, i] > 0.0:
+            return False
     return True
+
+
+@numba.njit(cache=True, error_model="numpy")
+def substitute(L, vectors, row):
+    """Solve L D Lᵀ x = b, given b in a row of vectors (·, 4), which is overwritten by x."""
+    for i in range(4):
+        for k in range(i):
+            vectors[row, i] -= L[i, k] * vectors[row, k]
+    for i in range(3, -1, -1):
+        vectors[row, i] /= L[i, i]
+        for k in range(i + 1, 4):
+            vectors[row, i] -= L[k, i] * vectors[row, k]

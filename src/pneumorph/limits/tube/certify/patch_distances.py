@@ -23,6 +23,8 @@ from pneumorph.limits.tube.certify.hull_bounds import FROM_POWERS
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
+_TO_POWERS = np.round(np.linalg.inv(FROM_POWERS))
+
 _STARTS = 256  # pairs of patches from which the nearest points of two surfaces are sought
 _MAX_PAIRS = 256  # per patch: more pairs are near each other only where surfaces cross
 # Passes: most subdivisions of each pair, and whether only the needed bound is to be certified, not the full accuracy.
@@ -40,6 +42,8 @@ class Patches:
     ----------
     nets : (n, 4, 4, 3) array
         Control points in mm, along r (s on a disc) and q.
+    powers : (n, 4, 4, 3) array
+        Coefficients of v^i u^j, mm.
     boxes : (n, 8) array
         Start and width in q, start and width in r, and the four coefficients of S(v).
     disc : (n,) array of bool
@@ -53,6 +57,7 @@ class Patches:
     """
 
     nets: Floats
+    powers: Floats
     boxes: Floats
     disc: NDArray[np.bool_]
     own: NDArray[np.bool_]
@@ -84,14 +89,15 @@ def patches(surface: TubeSurface, spans: KnotSpans) -> Patches:
             disc = np.concatenate([disc, np.ones(columns, dtype=bool)])
             own = np.concatenate([own, spans.own[part]])
     nets = np.ascontiguousarray(nets)
+    powers = np.moveaxis(_TO_POWERS @ np.moveaxis(nets, -1, 1) @ _TO_POWERS.T, 1, -1)
     centres, radii = spheres(nets)
-    return Patches(nets, np.ascontiguousarray(boxes), disc, own, centres, radii, np.array(surface.size))
+    return Patches(nets, powers, np.ascontiguousarray(boxes), disc, own, centres, radii, np.array(surface.size))
 
 
 def without_discs(surface: Patches) -> Patches:
     """The patches of the tube alone."""
     some = ~surface.disc
-    names = ("nets", "boxes", "disc", "own", "centres", "radii")
+    names = ("nets", "powers", "boxes", "disc", "own", "centres", "radii")
     return replace(surface, **{name: getattr(surface, name)[some] for name in names})
 
 
@@ -120,7 +126,11 @@ def _middles(surface: Patches) -> tuple[Floats, Floats, Floats]:
 
 
 def _sides(first: Patches, second: Patches) -> Sides:
-    return Sides(first.nets, second.nets, first.boxes, second.boxes, first.size)
+    """The patches of both surfaces for `branch_and_bound`."""
+    nets, powers = (
+        np.concatenate([getattr(each, name).reshape(-1, 48) for each in (first, second)]) for name in ("nets", "powers")
+    )
+    return Sides(nets, powers, np.concatenate([first.boxes, second.boxes]), first.size, len(first.nets))
 
 
 def gaps(
@@ -185,6 +195,7 @@ def _bounded(
     lower, attained, at = np.zeros(len(pairs)), np.full(len(pairs), np.inf), np.full((len(pairs), 4), 0.5)
     bound = -accuracy.bound
     broken = known.min(initial=np.inf) < _BROKEN * bound
+    sides = _sides(first, second)
     work = _WORK * (len(first.nets) + len(second.nets)) * (0.1 if broken else 1.0)
     for most, modest in _PASSES:
         asked = _asked(np.append(known, attained), accuracy, worst)
@@ -195,7 +206,7 @@ def _bounded(
             break
         least, near, where = least_distances(
             pairs[some],
-            _sides(first, second),
+            sides,
             neighbourhood,
             sufficient,
             (accuracy.gap, accuracy.decided, bound, -accuracy.needed),

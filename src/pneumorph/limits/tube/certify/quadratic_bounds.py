@@ -11,17 +11,18 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from pneumorph.limits.tube.certify.slabs import steps
+from pneumorph.limits.tube.certify.closest_pair import factorised, substitute
+
+_POWERS = np.array([[1.0, 3.0, 3.0, 1.0], [-3.0, -3.0, 3.0, 3.0], [3.0, -3.0, -3.0, 3.0], [-1.0, 3.0, -3.0, 1.0]]) / 8.0
+"""Coefficients of the powers of s ∈ [-1, 1] of a cubic, from its control points."""
+_TERMS = np.array([[0, 1, 3, 6], [2, 4, 6, 6], [5, 6, 6, 6], [6, 6, 6, 6]])
+"""Rows of `terms` with the coefficients of v^i u^j; 6 is none, what is left out."""
+_LINEAR = np.array([1, 2, 7, 8])
+_BENDS = np.array([3, 4, 5, 9, 10, 11])
 
 
 @numba.njit(cache=True)
-def workspace():
-    """Arrays that `clears` uses again and again: two expansions, three matrices and five vectors."""
-    return np.empty((2, 6, 3)), np.empty((4, 4)), np.empty((4, 4)), np.empty((4, 4)), np.empty((5, 4))
-
-
-@numba.njit(cache=True)
-def clears(a, b, box_a, box_b, span, size, neighbourhood, enough, arrays):
+def clears(nets, path, neighbourhood, enough, terms, M, L, H, vectors):
     """Whether points of two nets are proved to be `enough` apart, if they are a neighbourhood apart on the tube.
 
     Points are given by z = (u, v) of the first and of the second patch, from -1 to 1. The vector between them is
@@ -29,200 +30,153 @@ def clears(a, b, box_a, box_b, span, size, neighbourhood, enough, arrays):
 
     Parameters
     ----------
-    a, b : (4, 4, 3) arrays
-        Control nets of both patches, mm.
-    box_a, box_b, span, size
-        See `slabs.steps`.
+    nets : (2, 48) array
+        Control nets of both patches, see `slabs`.
+    path : (3, 2) array
+        See `slabs.steps`; used where not all points count.
     neighbourhood : float
         Points nearer than this on the starting tube do not count, mm; all count if it is zero.
     enough : float
         mm.
-    arrays : tuple of arrays
-        See `workspace`; overwritten.
+    terms, M, L, H, vectors : (13, 3), four (4, 4) arrays
+        Overwritten.
     """
-    terms, M, L, H, vectors = arrays
-    rest_a, rest_b = _expand(a, -1.0, terms[0]), _expand(b, 1.0, terms[1])
-    c = vectors[0]
-    for k in range(3):
-        c[k] = terms[0, 0, k] + terms[1, 0, k]
+    needed = enough + _expand(nets, terms, M)
     # The squared distance is at least room + enough² + slope·z + z·M z.
-    needed = enough + rest_a + rest_b
-    room = _dot(c, c) - needed * needed
-    if neighbourhood == 0.0 and room <= 0.0:
-        return False
+    room = _dot(terms, 12, 12) - needed * needed
     for m in range(4):
-        for n in range(6):
-            room -= 2.0 * abs(_dot(terms[m // 2, 1 + m % 2], terms[n // 3, 3 + n % 3]))
-    if neighbourhood == 0.0 and room <= 0.0:
-        return False
-    slope = vectors[1]
-    for m in range(4):
-        tangent = terms[m // 2, 1 + m % 2]
-        slope[m] = 2.0 * _dot(tangent, c)
-        for n in range(m + 1):
-            M[m, n] = _dot(tangent, terms[n // 2, 1 + n % 2])
-    for side in range(2):
-        M[2 * side, 2 * side] += 2.0 * _dot(c, terms[side, 3])
-        M[2 * side + 1, 2 * side] += _dot(c, terms[side, 4])
-        M[2 * side + 1, 2 * side + 1] += 2.0 * _dot(c, terms[side, 5])
-    for m in range(4):
-        for n in range(m):
-            M[n, m] = M[m, n]
-    if neighbourhood > 0.0:
-        known, between, half_a, half_b = steps(box_a, box_b, span, size, neighbourhood)
-        if not known:
+        if neighbourhood == 0.0 and room <= 0.0:
             return False
-        room = _lagrange(room, slope, M, between, half_a, half_b, neighbourhood)
-    return room > 0.0 and _stays_above(-room, slope, M, L, H, vectors[2:])
+        for n in range(6):
+            room -= 2.0 * abs(_dot(terms, _LINEAR[m], _BENDS[n]))
+    if neighbourhood == 0.0 and room <= 0.0:
+        return False
+    for m in range(4):
+        vectors[0, m] = 2.0 * _dot(terms, _LINEAR[m], 12)
+        for n in range(4):
+            M[m, n] = _dot(terms, _LINEAR[m], _LINEAR[n])
+            if m // 2 == n // 2:
+                M[m, n] += (2.0 if m == n else 1.0) * _dot(terms, 12, 6 * (m // 2) + 3 + m % 2 + n % 2)
+    if neighbourhood > 0.0:
+        room -= _lagrange(path, neighbourhood, vectors, M)
+    return room > 0.0 and _stays_above(-room, M, L, H, vectors)
 
 
 @numba.njit(cache=True)
-def _lagrange(constant, slope, M, between, half_a, half_b, neighbourhood):
+def _expand(nets, terms, rows):
+    """Coefficients of 1, u, v, u², uv, v² about the middles, the sign of the first patch changed, and the vector c.
+
+    Returns a bound of what is left out of the vector between both patches. `rows` (4, 4) is overwritten.
+    """
+    left_out = 0.0
+    for side in range(2):
+        square, sign = 0.0, 2.0 * side - 1.0
+        for c in range(3):
+            rest = 0.0
+            for i in range(4):
+                for j in range(4):
+                    rows[i, j] = 0.0
+                    for k in range(4):
+                        rows[i, j] += _POWERS[j, k] * nets[side, 12 * i + 3 * k + c]
+            for i in range(4):
+                for j in range(4):
+                    value = 0.0
+                    for k in range(4):
+                        value += _POWERS[i, k] * rows[k, j]
+                    if i + j > 2:
+                        rest += abs(value)
+                    else:
+                        terms[6 * side + _TERMS[i, j], c] = sign * value
+            square += rest * rest
+        left_out += np.sqrt(square)
+    for c in range(3):
+        terms[12, c] = terms[0, c] + terms[6, c]
+    return left_out
+
+
+@numba.njit(cache=True)
+def _lagrange(path, neighbourhood, vectors, M):
     """Subtract λ(|δ|² - neighbourhood²) from a polynomial, where δ is the step on the starting tube; λ is not negative.
 
-    Any λ gives a bound. At a minimum on the edge of the neighbourhood it is the ratio of the gradients.
+    Any λ gives a bound. At a minimum on the edge of the neighbourhood it is the ratio of the gradients. Returns what is
+    to be subtracted from the polynomial's constant; its slope is the first of the vectors.
     """
-    over, under = 0.0, 0.0
+    over, under, square = 0.0, 0.0, 0.0
     for m in range(4):
-        # The derivative of |δ|² with respect to z at the middle.
-        along = 2.0 * between[m % 2] * (-half_a[m % 2] if m < 2 else half_b[m % 2])
-        over += slope[m] * along
-        under += along * along
+        # How δ changes with z, and from it the derivative of |δ|² at the middle.
+        k = m % 2
+        vectors[1, m] = -path[1, k] if m < 2 else path[2, k]
+        vectors[2, m] = 2.0 * path[0, k] * vectors[1, m]
+        over += vectors[0, m] * vectors[2, m]
+        under += vectors[2, m] * vectors[2, m]
+        square += 0.5 * path[0, k] * path[0, k]
     factor = max(over, 0.0) / under if under > 0.0 else 0.0
-    for k in range(2):
-        slope[k] += 2.0 * factor * half_a[k] * between[k]
-        slope[2 + k] -= 2.0 * factor * half_b[k] * between[k]
-        M[k, k] -= factor * half_a[k] * half_a[k]
-        M[2 + k, 2 + k] -= factor * half_b[k] * half_b[k]
-        M[k, 2 + k] += factor * half_a[k] * half_b[k]
-        M[2 + k, k] += factor * half_a[k] * half_b[k]
-    return constant - factor * (between[0] * between[0] + between[1] * between[1] - neighbourhood * neighbourhood)
+    for m in range(4):
+        k = m % 2
+        vectors[0, m] -= factor * vectors[2, m]
+        for n in range(k, 4, 2):
+            M[m, n] -= factor * vectors[1, m] * vectors[1, n]
+    return factor * (square - neighbourhood * neighbourhood)
 
 
 @numba.njit(cache=True)
-def _stays_above(level, slope, M, L, H, vectors):
+def _stays_above(level, M, L, H, vectors):
     """Whether slope·z + z·M z is proved to be above a negative level for z (4,) from -1 to 1.
 
     A shift of M that makes it positive definite changes the polynomial by at most four times as much. The convex
     polynomial then lies above its tangent plane at any point; points are sought by Newton's method on active sets.
+    Slope, z, gradient and step are the first four vectors.
     """
-    shift = 0.0
+    shift, sound = 0.0, False
     for share in (1e-6, 0.02, 0.2):
-        shift = -share * level
-        if _factorised(M, shift, L):
-            break
-        if share == 0.2:
-            return False
+        if not sound:
+            shift = -share * level
+            sound = factorised(M, shift, L)
+    if not sound:
+        return False
     level += 4.0 * shift
-    z, gradient, step = vectors
     for m in range(4):
-        z[m], gradient[m] = 0.0, slope[m]
+        vectors[1, m], vectors[2, m] = 0.0, vectors[0, m]
     for _ in range(8):
-        value, tangent = 0.0, 0.0
+        value, tangent, free = 0.0, 0.0, False
         for m in range(4):
-            value += 0.5 * (slope[m] + gradient[m]) * z[m]
-            tangent -= gradient[m] * z[m] + abs(gradient[m])
+            z, gradient = vectors[1, m], vectors[2, m]
+            value += 0.5 * (vectors[0, m] + gradient) * z
+            tangent -= gradient * z + abs(gradient)
         if value + tangent >= level:
             return True
         if value < level:
             return False
-        free = 0
         for m in range(4):
-            for n in range(m + 1):
+            for n in range(4):
                 H[m, n] = M[m, n]
-            step[m] = 0.5 * gradient[m]
         for m in range(4):
-            if (z[m] <= -1.0 and gradient[m] > 0.0) or (z[m] >= 1.0 and gradient[m] < 0.0):
-                step[m] = 0.0
+            z, gradient = vectors[1, m], vectors[2, m]
+            vectors[3, m] = 0.5 * gradient
+            if (z <= -1.0 and gradient > 0.0) or (z >= 1.0 and gradient < 0.0):
+                vectors[3, m] = 0.0
                 for n in range(4):
-                    H[max(m, n), min(m, n)] = 0.0
+                    H[m, n], H[n, m] = 0.0, 0.0
                 H[m, m] = 1.0
             else:
-                free += 1
-        if not free or not _factorised(H, shift, L):
+                free = True
+        if not free or not factorised(H, shift, L):
             return False
-        _substitute(L, step)
+        substitute(L, vectors, 3)
         longest = 1.0
         for m in range(4):
-            if z[m] - step[m] > 1.0:
-                longest = min(longest, (z[m] - 1.0) / step[m])
-            elif z[m] - step[m] < -1.0:
-                longest = min(longest, (z[m] + 1.0) / step[m])
+            z, step = vectors[1, m], vectors[3, m]
+            if abs(z - step) > 1.0:
+                longest = min(longest, (z - (1.0 if z > step else -1.0)) / step)
         for m in range(4):
-            z[m] = min(max(z[m] - longest * step[m], -1.0), 1.0)
+            vectors[1, m] = min(max(vectors[1, m] - longest * vectors[3, m], -1.0), 1.0)
         for m in range(4):
-            gradient[m] = slope[m] + 2.0 * shift * z[m]
+            vectors[2, m] = vectors[0, m] + 2.0 * shift * vectors[1, m]
             for n in range(4):
-                gradient[m] += 2.0 * M[m, n] * z[n]
+                vectors[2, m] += 2.0 * M[m, n] * vectors[1, n]
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _factorised(M, shift, L):
-    """Whether M + shift (of which the lower half is used) is positive definite; its factor L D Lᵀ, with D in L."""
-    for i in range(4):
-        for j in range(i + 1):
-            total = M[i, j] + (shift if i == j else 0.0)
-            for k in range(j):
-                total -= L[i, k] * L[j, k] * L[k, k]
-            if i == j:
-                if not total > 0.0:
-                    return False
-                L[i, i] = total
-            else:
-                L[i, j] = total / L[j, j]
-    return True
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _substitute(L, x):
-    """Solve L D Lᵀ x = b, given b in x."""
-    for i in range(4):
-        for k in range(i):
-            x[i] -= L[i, k] * x[k]
-    for i in range(3, -1, -1):
-        x[i] /= L[i, i]
-        for k in range(i + 1, 4):
-            x[i] -= L[k, i] * x[k]
-
-
 @numba.njit(cache=True)
-def _expand(net, sign, terms):
-    """Coefficients of 1, u, v, u², uv, v² of a patch about its middle, times a sign; returns the norm of the rest."""
-    square = 0.0
-    for k in range(3):
-        rest = 0.0
-        p0, p1, p2, p3 = (
-            _powers(net[0, 0, k], net[0, 1, k], net[0, 2, k], net[0, 3, k]),
-            _powers(net[1, 0, k], net[1, 1, k], net[1, 2, k], net[1, 3, k]),
-            _powers(net[2, 0, k], net[2, 1, k], net[2, 2, k], net[2, 3, k]),
-            _powers(net[3, 0, k], net[3, 1, k], net[3, 2, k], net[3, 3, k]),
-        )
-        one, v, vv, vvv = _powers(p0[0], p1[0], p2[0], p3[0])
-        u, uv, uvv, uvvv = _powers(p0[1], p1[1], p2[1], p3[1])
-        uu, uuv, uuvv, uuvvv = _powers(p0[2], p1[2], p2[2], p3[2])
-        uuu, uuuv, uuuvv, uuuvvv = _powers(p0[3], p1[3], p2[3], p3[3])
-        rest = abs(vvv) + abs(uvv) + abs(uvvv) + abs(uuv) + abs(uuvv) + abs(uuvvv)
-        rest += abs(uuu) + abs(uuuv) + abs(uuuvv) + abs(uuuvvv)
-        terms[0, k], terms[1, k], terms[2, k] = sign * one, sign * u, sign * v
-        terms[3, k], terms[4, k], terms[5, k] = sign * uu, sign * uv, sign * vv
-        square += rest * rest
-    return np.sqrt(square)
-
-
-@numba.njit(cache=True)
-def _powers(p0, p1, p2, p3):
-    """Coefficients of the powers of s ∈ [-1, 1] of a cubic with the given control points."""
-    outer, inner = p0 + p3, p1 + p2
-    turn, bend = p3 - p0, p2 - p1
-    return (
-        0.125 * (outer + 3.0 * inner),
-        0.375 * (turn + bend),
-        0.375 * (outer - inner),
-        0.125 * (turn - 3.0 * bend),
-    )
-
-
-@numba.njit(cache=True)
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+def _dot(terms, one, other):
+    return terms[one, 0] * terms[other, 0] + terms[one, 1] * terms[other, 1] + terms[one, 2] * terms[other, 2]

@@ -4,6 +4,8 @@ A patch lies in the convex hull of its control net, and two hulls are at least a
 that separates them. Hulls of neighbouring patches of one tube overlap, although the points that count are a
 neighbourhood apart on the starting tube. For these both patches are expanded to first order, so that the bound can
 use the difference of the points' parameters.
+
+Control nets of both patches are (2, 48): along v, along u, and component, mm.
 """
 
 from __future__ import annotations
@@ -11,25 +13,36 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from pneumorph.limits.tube.certify.closest_pair import cubic
+from pneumorph.limits.tube.certify.closest_pair import around
 
 _DIRECTIONS = 4
-"""The given one, that between the middles, and the normals of both patches."""
+"""That between the middles, a given one, and the normals of both patches."""
+MEAN = np.array([0.125, 0.375, 0.375, 0.125])
+"""Shares of four control points in the middle of a curve."""
+_SLOPE = np.array([-0.375, -0.375, 0.375, 0.375])
+"""The same in its slope there, for a parameter from -1 to 1."""
 
 
 @numba.njit(cache=True)
-def slab(a, b, way):
-    """Lower bound of the distance between two nets' hulls: the widest separating slab across four directions."""
-    directions = np.empty((_DIRECTIONS, 3))
+def slab(nets, directions):
+    """Lower bound of the distance between two nets' hulls: the widest separating slab across four directions.
+
+    Parameters
+    ----------
+    nets : (2, 48) array
+    directions : (4, 3) array
+        The second is given; the others are overwritten.
+    """
     for c in range(3):
-        middle = 0.0
-        for i in range(4):
-            for j in range(4):
-                middle += b[i, j, c] - a[i, j, c]
-        directions[0, c] = middle
-        directions[1, c] = way[c]
-    _normal(a, directions[2])
-    _normal(b, directions[3])
+        directions[0, c] = 0.0
+        for point in range(0, 48, 3):
+            directions[0, c] += nets[1, point + c] - nets[0, point + c]
+        # Cross products of the diagonals.
+        c1, c2 = (c + 1) % 3, (c + 2) % 3
+        for side in range(2):
+            p1, p2 = nets[side, 45 + c1] - nets[side, c1], nets[side, 45 + c2] - nets[side, c2]
+            q1, q2 = nets[side, 36 + c1] - nets[side, 9 + c1], nets[side, 36 + c2] - nets[side, 9 + c2]
+            directions[2 + side, c] = p1 * q2 - p2 * q1
     best = 0.0
     for d in range(_DIRECTIONS):
         x, y, z = directions[d, 0], directions[d, 1], directions[d, 2]
@@ -37,28 +50,17 @@ def slab(a, b, way):
         if length == 0.0:
             continue
         low_a, high_a, low_b, high_b = np.inf, -np.inf, np.inf, -np.inf
-        for i in range(4):
-            for j in range(4):
-                on_a = x * a[i, j, 0] + y * a[i, j, 1] + z * a[i, j, 2]
-                on_b = x * b[i, j, 0] + y * b[i, j, 1] + z * b[i, j, 2]
-                low_a, high_a = min(low_a, on_a), max(high_a, on_a)
-                low_b, high_b = min(low_b, on_b), max(high_b, on_b)
+        for point in range(0, 48, 3):
+            on_a = x * nets[0, point] + y * nets[0, point + 1] + z * nets[0, point + 2]
+            on_b = x * nets[1, point] + y * nets[1, point + 1] + z * nets[1, point + 2]
+            low_a, high_a = min(low_a, on_a), max(high_a, on_a)
+            low_b, high_b = min(low_b, on_b), max(high_b, on_b)
         best = max(best, max(low_b - high_a, low_a - high_b) / length)
     return best
 
 
 @numba.njit(cache=True)
-def _normal(net, normal):
-    """An approximate normal of a patch: the cross product of its diagonals."""
-    for c in range(3):
-        c1, c2 = (c + 1) % 3, (c + 2) % 3
-        p1, p2 = net[3, 3, c1] - net[0, 0, c1], net[3, 3, c2] - net[0, 0, c2]
-        q1, q2 = net[3, 0, c1] - net[0, 3, c1], net[3, 0, c2] - net[0, 3, c2]
-        normal[c] = p1 * q2 - p2 * q1
-
-
-@numba.njit(cache=True)
-def linked(a, b, box_a, box_b, span, size, neighbourhood):
+def linked(nets, path, neighbourhood, directions, heights):
     """Lower bound of the distance of points a neighbourhood apart on the starting tube; infinite if there are none.
 
     Along the direction between the patches' centres, the coordinate of either patch is a linear function of the
@@ -70,148 +72,110 @@ def linked(a, b, box_a, box_b, span, size, neighbourhood):
 
     Parameters
     ----------
-    a, b : (4, 4, 3) arrays
-        Control nets of both patches, mm.
-    box_a, box_b : (8,) arrays
-        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
-    span : (8,) array
-        Ranges of u and v on both patches.
-    size : (2,) array
-        Circumference and length of the starting tube, mm.
+    nets : (2, 48) array
+    path : (3, 2) array
+        See `steps`.
     neighbourhood : float
-        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+        Points nearer than this on the starting tube do not count, mm.
+    directions, heights : (4, 3) and (6, 4) arrays
+        Overwritten.
     """
-    known, between, half_a, half_b = steps(box_a, box_b, span, size, neighbourhood)
-    if not known:
-        return 0.0
-    direction = np.empty(3)
-    direction[0], direction[1], direction[2] = 0.0, 0.0, 0.0
-    for i in range(4):
-        for j in range(4):
-            weight = (1.0 if i % 3 == 0 else 3.0) * (1.0 if j % 3 == 0 else 3.0)
-            for c in range(3):
-                direction[c] += weight * (b[i, j, c] - a[i, j, c])
-    length = np.sqrt(direction[0] ** 2 + direction[1] ** 2 + direction[2] ** 2)
+    for c in range(3):
+        directions[0, c] = 0.0
+        for i in range(4):
+            for j in range(4):
+                at = 12 * i + 3 * j + c
+                directions[0, c] += MEAN[i] * MEAN[j] * (nets[1, at] - nets[0, at])
+    length = np.sqrt(directions[0, 0] ** 2 + directions[0, 1] ** 2 + directions[0, 2] ** 2)
     if length == 0.0:
         return 0.0
-    for c in range(3):
-        direction[c] /= length
-    middle_a, q_a, r_a, _, above = _linear(a, direction)
-    middle_b, q_b, r_b, below, _ = _linear(b, direction)
-    q_a, r_a, q_b, r_b = q_a / half_a[0], r_a / half_a[1], q_b / half_b[0], r_b / half_b[1]
-    mean_q, mean_r = 0.5 * (q_a + q_b), 0.5 * (r_a + r_b)
-    room_q, room_r = half_a[0] + half_b[0], half_a[1] + half_b[1]
-    bound = middle_b - middle_a + below - above - mean_q * between[0] - mean_r * between[1]
-    bound -= 0.5 * (abs(q_b - q_a) * room_q + abs(r_b - r_a) * room_r)
-
+    bound = 0.0
+    for side in range(2):
+        middle, sign = 0.0, 2.0 * side - 1.0
+        heights[4 + side, 0], heights[4 + side, 1] = 0.0, 0.0
+        for i in range(4):
+            for j in range(4):
+                at, height = 12 * i + 3 * j, 0.0
+                for c in range(3):
+                    height += directions[0, c] * nets[side, at + c]
+                heights[i, j] = height / length
+                middle += MEAN[i] * MEAN[j] * heights[i, j]
+                heights[4 + side, 0] += MEAN[i] * _SLOPE[j] * heights[i, j]
+                heights[4 + side, 1] += _SLOPE[i] * MEAN[j] * heights[i, j]
+        least = np.inf
+        for i in range(4):
+            for j in range(4):
+                along = heights[4 + side, 0] * (2.0 * j / 3.0 - 1.0) + heights[4 + side, 1] * (2.0 * i / 3.0 - 1.0)
+                least = min(least, sign * (heights[i, j] - middle - along))
+        bound += sign * middle + least
     best, radius = np.inf, neighbourhood * neighbourhood
-    for side in range(-1, 2, 2):
-        on_q, on_r = between[0] + side * room_q, between[1] + side * room_r
-        for other in range(-1, 2, 2):
-            at_r = between[1] + other * room_r
-            if on_q * on_q + at_r * at_r >= radius:
-                best = min(best, mean_q * on_q + mean_r * at_r)
-            if on_q * on_q <= radius:
-                at_r = other * np.sqrt(radius - on_q * on_q)
-                if abs(at_r - between[1]) <= room_r:
-                    best = min(best, mean_q * on_q + mean_r * at_r)
-            if on_r * on_r <= radius:
-                at_q = other * np.sqrt(radius - on_r * on_r)
-                if abs(at_q - between[0]) <= room_q:
-                    best = min(best, mean_q * at_q + mean_r * on_r)
+    for k in range(2):
+        heights[4, k] /= path[1, k]
+        heights[5, k] /= path[2, k]
+        mean = 0.5 * (heights[4, k] + heights[5, k])
+        bound -= mean * path[0, k] + 0.5 * abs(heights[5, k] - heights[4, k]) * (path[1, k] + path[2, k])
+        heights[4, k] = mean
+    for k in range(2):
+        m = 1 - k
+        for side in range(-1, 2, 2):
+            on = path[0, k] + side * (path[1, k] + path[2, k])
+            for other in range(-1, 2, 2):
+                corner = path[0, m] + other * (path[1, m] + path[2, m])
+                if on * on + corner * corner >= radius:
+                    best = min(best, heights[4, k] * on + heights[4, m] * corner)
+                if on * on <= radius:
+                    at_circle = other * np.sqrt(radius - on * on)
+                    if abs(at_circle - path[0, m]) <= path[1, m] + path[2, m]:
+                        best = min(best, heights[4, k] * on + heights[4, m] * at_circle)
     return bound + best
 
 
 @numba.njit(cache=True)
-def steps(box_a, box_b, span, size, neighbourhood):
-    """Steps (q, r) on the starting tube between the middles of two ranges, and half of either range, in mm, as tuples.
-
-    Points that count are a neighbourhood apart by these, see `linked`. The first value is whether there are such steps.
+def steps(boxes, pair, span, size, neighbourhood, path):
+    """Upper bound of the distance on the starting tube, mm, between points of two ranges; and whether `path` is known.
 
     Parameters
     ----------
-    box_a, box_b : (8,) arrays
-        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
+    boxes, pair, size
+        See `closest_pair.apart`.
     span : (8,) array
         Ranges of u and v on both patches.
-    size : (2,) array
-        Circumference and length of the starting tube, mm.
     neighbourhood : float
-        Points nearer than this on the starting tube do not count, mm; all count if it is zero.
+        Points nearer than this on the starting tube do not count, mm.
+    path : (3, 2) array
+        Overwritten by the step (q, r) on the starting tube between the middles of both ranges, and half of either
+        range, mm. Points that count are a neighbourhood apart by these, see `linked`.
     """
-    shrink = min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
-    if shrink <= 0.0:
-        return False, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)
-    half_a = 0.5 * (span[1] - span[0]) * box_a[1], 0.5 * (span[3] - span[2]) * box_a[3] * size[1]
-    half_b = 0.5 * (span[5] - span[4]) * box_b[1], 0.5 * (span[7] - span[6]) * box_b[3] * size[1]
-    around = box_b[0] - box_a[0] + 0.5 * ((span[4] + span[5]) * box_b[1] - (span[0] + span[1]) * box_a[1])
-    along = box_b[2] - box_a[2] + 0.5 * ((span[6] + span[7]) * box_b[3] - (span[2] + span[3]) * box_a[3])
-    along *= size[1]
-    # The largest ratio of chord to arc outside the neighbourhood, for the steps along r between these patches.
-    up = abs(along) + half_a[1] + half_b[1]
-    chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
+    shrink = np.inf
+    for k in range(2):
+        path[0, k] = 0.0
+        for side in range(2):
+            start, width = boxes[pair[side], 2 * k], boxes[pair[side], 2 * k + 1]
+            low, high = span[4 * side + 2 * k], span[4 * side + 2 * k + 1]
+            path[0, k] += (2.0 * side - 1.0) * (start + 0.5 * (low + high) * width)
+            path[1 + side, k] = 0.5 * (high - low) * width
+            if k == 1:
+                shrink = min(shrink, _most(boxes, pair[side], low, high))
+    for row in range(3):
+        path[row, 1] *= size[1]
+    turn = (path[0, 0] + 0.5) % 1.0 - 0.5
+    up = abs(path[0, 1]) + path[1, 1] + path[2, 1]
     diameter = size[0] * shrink / np.pi
+    reach = np.hypot(diameter * np.sin(np.pi * min(abs(turn) + path[1, 0] + path[2, 0], 0.5)), up)
+    if shrink <= 0.0:
+        return reach, False
+    # The largest ratio of chord to arc outside the neighbourhood, for the steps along r between these patches.
+    chord = np.sqrt(max(neighbourhood * neighbourhood - up * up, 0.0))
     arc = diameter * np.arcsin(min(chord / diameter, 1.0))
     scale = size[0] * shrink * (chord / arc if arc > 0.0 else 1.0)
-    between = scale * ((around + 0.5) % 1.0 - 0.5), along
-    return True, between, (scale * half_a[0], half_a[1]), (scale * half_b[0], half_b[1])
+    path[0, 0] = scale * turn
+    path[1, 0] *= scale
+    path[2, 0] *= scale
+    return reach, True
 
 
 @numba.njit(cache=True)
-def _linear(net, direction):
-    """Coordinate of a patch along a direction: value and slopes at its centre, and bounds of the remainder."""
-    value, slope_q, slope_r, below, above = 0.0, 0.0, 0.0, np.inf, -np.inf
-    heights = np.empty((4, 4))
-    for i in range(4):
-        for j in range(4):
-            heights[i, j] = 0.0
-            for c in range(3):
-                heights[i, j] += direction[c] * net[i, j, c]
-            by_i, by_j = (1.0 if i % 3 == 0 else 3.0) / 8.0, (1.0 if j % 3 == 0 else 3.0) / 8.0
-            value += by_i * by_j * heights[i, j]
-            slope_q += by_i * (0.375 if j > 1 else -0.375) * heights[i, j]
-            slope_r += by_j * (0.375 if i > 1 else -0.375) * heights[i, j]
-    for i in range(4):
-        for j in range(4):
-            rest = heights[i, j] - value - slope_q * (2.0 * j / 3.0 - 1.0) - slope_r * (2.0 * i / 3.0 - 1.0)
-            below, above = min(below, rest), max(above, rest)
-    return value, slope_q, slope_r, below, above
-
-
-@numba.njit(cache=True)
-def farthest(box_a, box_b, span, size):
-    """Upper bound of the distance on the starting tube for u, v in ranges (8,), first patch first.
-
-    Parameters
-    ----------
-    box_a, box_b : (8,) arrays
-        Start and width in q and in r of both patches, and the coefficients of S(v), see `Patches`.
-    span : (8,) array
-        Ranges of u and v on both patches.
-    size : (2,) array
-        Circumference and length of the starting tube, mm.
-    """
-    reach = np.empty(2)
-    for k in range(2):
-        middle_a = box_a[2 * k] + 0.5 * (span[2 * k] + span[2 * k + 1]) * box_a[2 * k + 1]
-        middle_b = box_b[2 * k] + 0.5 * (span[4 + 2 * k] + span[5 + 2 * k]) * box_b[2 * k + 1]
-        between = abs(middle_a - middle_b)
-        if k == 0:
-            between = between % 1.0
-            between = min(between, 1.0 - between)
-        width = abs((span[2 * k + 1] - span[2 * k]) * box_a[2 * k + 1])
-        width += abs((span[5 + 2 * k] - span[4 + 2 * k]) * box_b[2 * k + 1])
-        reach[k] = between + 0.5 * width
-    around = (
-        np.sin(np.pi * min(reach[0], 0.5))
-        / np.pi
-        * min(_most(box_a[4:], span[2], span[3]), _most(box_b[4:], span[6], span[7]))
-    )
-    return np.hypot(around * size[0], reach[1] * size[1])
-
-
-@numba.njit(cache=True)
-def _most(c, low, high):
-    """Upper bound of a cubic between two parameters: that of its chord plus its largest deviation from the chord."""
-    bend = max(abs(2.0 * c[2] + 6.0 * c[3] * low), abs(2.0 * c[2] + 6.0 * c[3] * high))
-    return max(cubic(c, low), cubic(c, high)) + bend * (high - low) ** 2 / 8.0
+def _most(boxes, k, low, high):
+    """Upper bound of S of a patch between two places: that of its chord plus its largest deviation from the chord."""
+    bend = max(abs(2.0 * boxes[k, 6] + 6.0 * boxes[k, 7] * low), abs(2.0 * boxes[k, 6] + 6.0 * boxes[k, 7] * high))
+    return max(around(boxes, k, low), around(boxes, k, high)) + bend * (high - low) ** 2 / 8.0
