@@ -72,13 +72,15 @@ def nearest_that_count(
         Whether pairs, (k, 1) centres and (k, l) others, count.
     """
     nearest, least = np.zeros(len(centres), dtype=np.int64), np.full(len(centres), np.inf)
-    left, tree, asked = np.arange(len(centres)), KDTree(others), 1
-    while len(left) and asked < 4 * len(others):
-        away, near = tree.query(centres[left], k=np.arange(1, min(asked, len(others)) + 1))
+    left, tree, asked = np.arange(len(centres)), KDTree(others), 2
+    while len(left):
+        away, near = map(np.asarray, tree.query(centres[left], k=min(asked, len(others))))
         counts = count(left[:, None], near)
         first = np.argmax(counts, axis=1)
         found = counts[np.arange(len(left)), first]
         nearest[left[found]], least[left[found]] = near[found, first[found]], away[found, first[found]]
+        if asked >= len(others):
+            break
         left, asked = left[~found], max(4 * asked, 24)
     return nearest, least
 

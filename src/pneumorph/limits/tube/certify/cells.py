@@ -173,7 +173,7 @@ def refine(
             np.maximum(accuracy.enough(attained[:, k].max(), known), accuracy.close(attained[:, k]))
             for k, (accuracy, known) in enumerate(zip(accuracies, worst, strict=True))
         ]
-        open_ = (bounds.upper > np.stack(enough, axis=1)[cells.span]).any(axis=1)
+        open_ = np.asarray((bounds.upper > np.stack(enough, axis=1)[cells.span]).any(axis=1))
         left -= 4 * np.count_nonzero(open_)
         if round == _ROUNDS or left < 0:
             open_ = np.zeros(len(open_), dtype=bool)

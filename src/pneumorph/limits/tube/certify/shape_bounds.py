@@ -170,7 +170,10 @@ def _by_r(polynomials: Floats, scale: Floats) -> Models:
 
 def _variation(tangents: tuple[Models, ...]) -> Floats:
     """Variation of the tangents along u and v (n, 2)."""
-    c = sum(np.abs(part.c[1:6]) for group in tangents for part in group)
+    c = np.zeros((5, tangents[0][0].c.shape[1]))
+    for group in tangents:
+        for part in group:
+            c += np.abs(part.c[1:6])
     return np.stack([c[0] + c[2], c[1] + c[4]], axis=1)
 
 
