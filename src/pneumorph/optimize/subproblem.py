@@ -2,8 +2,8 @@
 
 The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound on z. Each program has the limits linearised at
 the step so far (`limits.rows`) and is solved by a primal–dual method (`primal_dual.py`). The multipliers of the limits
-are kept from design to design, by kind and knot-span cell; those of limits on states begin anew (`pushing.py`). Limits
-that remain violated are repaired afterwards (`within.py`).
+are kept from design to design, by kind and knot-span cell; those of limits on states are found for every step
+(`pushing.py`). Limits that remain violated are repaired afterwards (`within.py`).
 """
 
 from __future__ import annotations
