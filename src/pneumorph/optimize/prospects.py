@@ -93,7 +93,8 @@ def words(setup: Setup, found: Shortfall) -> str:
     """What a run says of a limit that its first designs are to satisfy."""
     designs = math.ceil(found.motion / (setup.settings.radius.largest * setup.reference))
     few = "1 design" if designs <= 1 else f"{designs} designs"
-    return f"{found}; that comes first: surfaces move by {found.motion:.2g} mm or more for it, in {few} at least"
+    far = f"by its derivatives surfaces move by about {found.motion:.2g} mm for it, in about {few}"
+    return f"{found}; that comes first: {far}"
 
 
 def _motion(setup: Setup, phi: np.ndarray, limit: Limit, c: float, slope: np.ndarray, bound: float) -> float:
