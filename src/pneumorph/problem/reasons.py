@@ -8,7 +8,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from pneumorph.errors import ProblemError, clipped, short
-from pneumorph.problem.table import TAG, InvalidKey, Table, UnknownKey
+from pneumorph.problem.examples import table_example, table_of
+from pneumorph.problem.table import TAG, InvalidKey, UnknownKey
 
 MOST = 300
 """Characters of a message about something in a file."""
@@ -45,7 +46,7 @@ def _fault(error: Any, top: Sequence[str]) -> tuple[str, str]:
         path.pop()
     if isinstance(context.get("error"), UnknownKey) and len(path) > 1 and path[-1] in top:
         return key_of(path), f"belongs to the top of the file; write {path[-1]} above the first line in brackets"
-    return key_of(path), _reason(error["type"], error.get("input"), context, error["msg"])
+    return key_of(path), _reason(error["type"], path, error.get("input"), context, error["msg"])
 
 
 def key_of(path: Sequence[str | int]) -> str:
@@ -60,16 +61,20 @@ def key_of(path: Sequence[str | int]) -> str:
     return key
 
 
-def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> str:
+def _reason(kind: str, path: Sequence[str | int], given: Any, context: dict[str, Any], otherwise: str) -> str:
     match kind:
         case "value_error":
             return str(context["error"])
         case "literal_error":
             return f"{_shown(given)} is not a known value; use {context['expected']}"
         case "model_type":
-            return f"should be a table with keys such as {', '.join(_keys_of(context['class_name'])[:4])}"
+            table = table_of(context["class_name"])
+            keys = f"should be a table with keys such as {', '.join(_keys_of(context['class_name'])[:4])}"
+            example = table_example(path[-1], table, given) if path else None
+            return f"{keys}; write e.g. {_named(path, example)}" if example else keys
         case "dict_type":
-            return 'should be a table; write e.g. { A = "60 kPa" }'
+            example = table_example(path[-1], None, given) or '{ A = "60 kPa" }'
+            return f"should be a table; write e.g. {_named(path, example)}"
         case "tuple_type":
             if isinstance(given, str):
                 return f"should be a list; write it in brackets, [{_shown(given)}]"
@@ -97,6 +102,11 @@ def _reason(kind: str, given: Any, context: dict[str, Any], otherwise: str) -> s
     return otherwise
 
 
+def _named(path: Sequence[str | int], value: str) -> str:
+    """A value beside its key, or alone as an entry of a list."""
+    return f"{path[-1]} = {value}" if isinstance(path[-1], str) else value
+
+
 def _shown(given: Any) -> str:
     if isinstance(given, str):
         return json.dumps(short(given), ensure_ascii=False)
@@ -105,8 +115,7 @@ def _shown(given: Any) -> str:
     return json.dumps(given) if isinstance(given, bool | int | float) else f"a {type(given).__name__}"
 
 
-def _keys_of(name: str, of: type[Table] = Table) -> list[str]:
+def _keys_of(name: str) -> list[str]:
     """The keys of the table of this name."""
-    if of.__name__ == name:
-        return list(of.model_fields)
-    return next(filter(None, (_keys_of(name, below) for below in of.__subclasses__())), [])
+    table = table_of(name)
+    return list(table.model_fields) if table else []
