@@ -1,10 +1,14 @@
 """What is done is said where nothing else has been, whatever runs, and only where somebody asks."""
 
+import importlib
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 from types import SimpleNamespace
 
+import jax
+import numba
 import pytest
+from numba.core import event
 from tiny import tiny
 
 from pneumorph import doing
@@ -65,6 +69,36 @@ def test_lines_come_while_the_main_thread_waits(monkeypatch):
     count = len(told)
     doing.announce(None)
     assert len(told) == count
+
+
+def test_first_use_is_told_while_it_lasts(tmp_path, monkeypatch):
+    """By the names that modules of Python, Numba and jax have in the versions that are installed."""
+    (tmp_path / "telling.py").write_text("from pneumorph import doing\n\nTOLD = doing.words()\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    heard: list[str] = []
+
+    class Heard(event.Listener):
+        def on_start(self, event):
+            heard.append(doing.words())
+
+        def on_end(self, event):
+            pass
+
+    def kernel(x):
+        heard.append(doing.words())
+        return x + 1.0
+
+    with doing.doing("checking"):
+        assert importlib.import_module("telling").TOLD == "checking, loading the program"
+        assert doing.words() == "checking"
+        with event.install_listener("numba:run_pass", Heard()):
+            assert numba.njit(lambda x: x + 2.0)(1.0) == 3.0
+        assert set(heard) == {"checking, compiling kernels"}
+        heard.clear()
+        assert jax.jit(kernel)(1.0) == 2.0 and jax.jit(kernel)(2.0) == 3.0
+        assert heard == ["checking, preparing kernels"]
+        assert doing.words() == "checking"
+    assert doing.words() == ""
 
 
 def test_other_threads_are_not_listened_to():

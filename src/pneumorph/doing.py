@@ -8,6 +8,9 @@ Code says what it does, and how far it has come where it knows that::
 A thread of its own prints the lines, so they come whatever runs: compiled code, other programs, libraries. It has to be
 compiled code that lets other threads go on (`nogil`).
 
+That the program is being loaded, or kernels are compiled, is seen from what the main thread is in: these things happen
+wherever something is used for the first time, and would have to be said everywhere.
+
 Nothing here has an effect unless `announce` is called, as the command does. Nothing but the standard library is
 imported, as by `interrupts`.
 """
@@ -15,6 +18,7 @@ imported, as by `interrupts`.
 from __future__ import annotations
 
 import atexit
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -22,6 +26,18 @@ from contextlib import contextmanager
 
 EVERY = 5.0
 """Seconds without a line after which one is printed."""
+
+FIRST_USE = {
+    "importlib._bootstrap": "loading the program",
+    "_frozen_importlib": "loading the program",
+    "numba.core.caching": "loading kernels",
+    "numba.core.compiler": "compiling kernels",
+    "jax._src.compilation_cache": "loading kernels",
+    "jax._src.compiler": "compiling kernels",
+    "jax._src.interpreters.mlir": "preparing kernels",
+    "jax._src.interpreters.partial_eval": "preparing kernels",
+}
+"""What is done in modules of Python and of libraries, where something is used for the first time."""
 
 Say = Callable[[str], object]
 
@@ -107,7 +123,18 @@ def counted(what: str) -> None:
 
 def words() -> str:
     """What is done now, from the whole to its part; empty if nothing has been said."""
-    return ", ".join(dict.fromkeys(map(str, list(_now))))
+    parts = [str(part) for part in list(_now)]
+    return ", ".join(dict.fromkeys([*parts, *_first_use()] if parts else parts))
+
+
+def _first_use() -> Iterator[str]:
+    """What of `FIRST_USE` the main thread is in, the innermost."""
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    while frame is not None:
+        if (found := FIRST_USE.get(frame.f_globals.get("__name__", ""))) is not None:
+            yield found
+            return
+        frame = frame.f_back
 
 
 def due(now: float) -> float:
