@@ -1,6 +1,7 @@
 """What a design run prints: rows that fit the screen, marks, rejected designs, and the last words."""
 
 import io
+import math
 from dataclasses import replace
 
 import pytest
@@ -13,6 +14,7 @@ from tiny import tiny
 from pneumorph.cli.columns import columns_of, heading, row, width_of
 from pneumorph.cli.outcome import how_many, limits_table, outcome, tasks_table
 from pneumorph.cli.screen import Screen
+from pneumorph.cli.verdict import verdict
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.runs import Run
 from pneumorph.limits.report import LimitReading
@@ -150,6 +152,41 @@ def test_tasks_are_shown_from_start_to_end():
     assert "not stable !" in printed(tasks_table(PROBLEM, entry(0), unstable))
     crossing = replace(RESULT, tasks={"extend": replace(RESULT.tasks["extend"], self_intersecting=True)})
     assert "stable, self-intersecting !" in printed(tasks_table(PROBLEM, entry(0), crossing))
+
+
+HELD = loads(
+    tiny(
+        pressure='{ A = { start = "50 kPa", min = "0 kPa", max = "60 kPa" } }',
+        objective='{ kind = "minimize", of = "pressure" }',
+    ).replace("[mesh]", '[limits]\nat_least = { bending_y = "-30 deg" }\n[mesh]')
+)
+"""The least pressure that bends the tip by 30° to the other side."""
+
+BENT = task_result(objective=38.2, rotation=(0.0, math.radians(-30.05), 0.0))
+"""What a design of it achieves."""
+
+
+@pytest.mark.parametrize("width", [45, 140])
+def test_motions_that_a_task_must_have_are_always_shown(width):
+    columns = columns_of(HELD, width, False)
+    titles = [column.title for column in columns]
+    assert titles[:3] == ["it", "extend", "least bending_y °"] and ("wall mm" in titles) == (width == 140)
+    least = KEPT | {"least_bending_y_deg": 30.05}
+    shown = row(HELD, columns, entry(7, tasks={"extend": BENT}, limits=least)).plain
+    assert shown.split()[:4] == ["7", "38.20", "kPa", "-30.050"] and len(shown) == width_of(columns)
+
+
+def test_motions_that_a_task_must_have_are_in_its_summary():
+    start = entry(0, tasks={"extend": replace(BENT, objective=50.0, rotation=(0.0, math.radians(-31.0), 0.0))})
+    ended = replace(RESULT, tasks={"extend": BENT})
+    pressure, motion = printed(tasks_table(HELD, start, ended)).splitlines()[1:]
+    assert pressure.split()[:6] == ["extend", "pressure", "50.00", "kPa", "→", "38.20"]
+    assert " ".join(motion.split()) == "bending about y -31.00° → -30.05° (-30° or farther)"
+    said = verdict(HELD, [start, entry(7, tasks={"extend": BENT})]).plain.strip()
+    assert said == ("No target was stated; extend: pressure of 38.20 kPa, bending about y -30.05° (-30° or farther).")
+    # The motion that is made largest is not told twice.
+    own = loads(tiny().replace("[mesh]", '[limits]\nat_least = { extension = "0.1 mm" }\n[mesh]'))
+    assert len(printed(tasks_table(own, entry(0), RESULT)).splitlines()) == 2
 
 
 @pytest.mark.parametrize("width", [60, 100])

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -111,6 +112,13 @@ def test_designs_whose_error_by_the_mesh_is_known_have_it_in_their_results(run):
     shown = [each["motions"]["extend"] for each in facts_of(run, [replace(start, finer=finer), *others])["history"]]
     assert shown[0]["fine"] == pytest.approx(1.5) and "fine" not in shown[1]
     assert shown[0]["text"] == f"1.00 ± {abs(1.5 - shown[0]['value']):.2g} mm (mesh)"
+
+
+def test_motions_that_a_task_must_have_are_in_its_results(run):
+    problem = run.problem.with_changes({"limits.at_least": {"shift_x": "2 mm"}})
+    with_least = SimpleNamespace(problem=problem, path=run.path, result=run.result)
+    shown = facts_of(with_least, run.history())["history"][0]["motions"]["extend"]
+    assert shown["text"] == f"{shown['found']}, shift along x 0.00 mm (at least 2 mm)"
 
 
 def test_limits_are_shown_without_rounding_errors(run):

@@ -20,6 +20,7 @@ from pneumorph.errors import ComputationError, Hopeless, ProblemError, printable
 from pneumorph.geometry import Body
 from pneumorph.interface.design import Design, starting_design
 from pneumorph.interface.runs import Run, open_run
+from pneumorph.limits.kinds.states import beside
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
@@ -86,8 +87,9 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
     for task in asked.task:
         motion = task.objective.achieved(results[task.name])
         pressures = format_pressures(at.analysis.pressures[task.name])
-        say(f"task      {task.name}: {motion.word} {motion.beside_target} at {pressures}")
         own = results[task.name]
+        least = beside(asked, task, own)
+        say(f"task      {task.name}: {motion.word} {motion.beside_target}{least} at {pressures}")
         for sentence in (*backwards(asked, task, own), *warnings_of(rubbers_of(asked), own)):
             say(f"warning   {task.name}: {sentence}", "red")
     violated = 0

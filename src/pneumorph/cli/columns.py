@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rich.text import Text
 
 from pneumorph.analysis import recorded_share
+from pneumorph.limits.kinds.states import is_least
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.table import in_history
 from pneumorph.problem import Problem, Task
@@ -30,12 +31,16 @@ class Column:
 
 
 def columns_of(problem: Problem, width: int, verbose: bool) -> list[Column]:
-    """The columns for a screen of a width: the number and the motions always, the rest as far as there is room.
+    """The columns for a screen of a width: the number, the motions and the least ones always, the rest as far as there
+    is room.
 
     Where the limits have no room, one column shows that of which most is used.
     """
-    always = [Column("it", 4, _number), *(_motion(task) for task in problem.task)]
-    limits = [_limit(*each) for each in in_history(problem)]
+    known = in_history(problem)
+    least = [each for each in known if is_least(each[0])]
+    always = [Column("it", 4, _number), *(_motion(task) for task in problem.task), *(_limit(*each) for each in least)]
+    others = [each for each in known if each not in least]
+    limits = [_limit(*each) for each in others]
     rest = [
         Column("s", 6, lambda entry: Text(f"{entry.seconds['total']:.1f}")),
         Column("elements", 8, lambda entry: Text(str(entry.elements))),
@@ -49,8 +54,8 @@ def columns_of(problem: Problem, width: int, verbose: bool) -> list[Column]:
             Column("fact.", 5, lambda entry: Text(str(entry.factorisations))),
             Column("equiv.", 7, lambda entry: _or_none(entry.equivalents, ".1f")),
         ]
-    widest = max((len(limit.word) + len(limit.suffix) + 8 for limit, _, _ in in_history(problem)), default=0)
-    most_used = [Column("most used limit", max(17, widest), lambda entry: _most_used(problem, entry))]
+    widest = max((len(limit.word) + len(limit.suffix) + 8 for limit, _, _ in others), default=0)
+    most_used = [Column("most used limit", max(17, widest), lambda entry: _most_used(_values(others, entry)))]
     for shown in (limits, most_used):
         for count in range(len(rest), -1, -1):
             columns = [*always, *shown, *rest[:count]]
@@ -71,7 +76,7 @@ def heading(columns: Sequence[Column]) -> Text:
 
 def row(problem: Problem, columns: Sequence[Column], entry: HistoryEntry) -> Text:
     """The row of a design, marked if it is beyond a limit."""
-    line = Text(MARK if any(_is_beyond(*each) for each in _values(problem, entry)) else " ", style="red")
+    line = Text(MARK if any(_is_beyond(*each) for each in _values(in_history(problem), entry)) else " ", style="red")
     for index, column in enumerate(columns):
         cell = column.cell(entry)
         line.append(f"{'' if index == 0 else ' '}{cell.plain:>{column.width}}", style=cell.style)
@@ -95,8 +100,8 @@ def _limit(limit: Limit, key: str, bound: float) -> Column:
     return Column(title, max(7, len(title)), lambda entry: _shown(limit, entry.limits.get(key), bound))
 
 
-def _values(problem: Problem, entry: HistoryEntry) -> list[tuple[Limit, float | None, float]]:
-    return [(limit, entry.limits.get(key), bound) for limit, key, bound in in_history(problem)]
+def _values(limits: Sequence[tuple[Limit, str, float]], entry: HistoryEntry) -> list[tuple[Limit, float | None, float]]:
+    return [(limit, entry.limits.get(key), bound) for limit, key, bound in limits]
 
 
 def _is_beyond(limit: Limit, value: float | None, bound: float) -> bool:
@@ -114,12 +119,12 @@ def _shown(limit: Limit, value: float | None, bound: float, unit: str = "") -> T
     return Text(number + " ", style="green")
 
 
-def _most_used(problem: Problem, entry: HistoryEntry) -> Text:
+def _most_used(values: Sequence[tuple[Limit, float | None, float]]) -> Text:
     def used(each: tuple[Limit, float | None, float]) -> float:
         limit, value, bound = each
         return float("inf") if value is None else limit.used(value, bound)
 
-    limit, value, bound = max(_values(problem, entry), key=used)
+    limit, value, bound = max(values, key=used)
     shown = _shown(limit, value, bound, limit.suffix)
     return Text(f"{limit.word} {shown.plain}", style=shown.style)
 

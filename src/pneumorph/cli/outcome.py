@@ -13,6 +13,7 @@ from pneumorph.analysis import result_share
 from pneumorph.cli.columns import MARK
 from pneumorph.cli.verdict import verdict
 from pneumorph.interface.runs import Run
+from pneumorph.limits.kinds.states import least_motions
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, OF_SHAPE, in_history
@@ -107,6 +108,9 @@ def tasks_table(problem: Problem, start: HistoryEntry, result: RunResult) -> Tab
             state.append(f", self-intersecting {MARK}", style="red")
         shown = (f"{before} →", Text(told, style="bold"), format_pressures(ended.pressures))
         table.add_row(task.name, after.word, *shown, state)
+        least = (least_motions(problem, task, each) for each in (start.tasks[task.name], ended))
+        for (began, _), (ends, asked) in zip(*least, strict=True):
+            table.add_row("", ends.word, f"{began} →", Text(f"{ends} ({asked})", style="bold"))
     return table
 
 

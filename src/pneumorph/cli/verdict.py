@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from rich.text import Text
 
+from pneumorph.limits.kinds.states import beside
 from pneumorph.problem import Problem
 from pneumorph.results import HistoryEntry
 from pneumorph.results.targets import Reached, distances, targets_reached
@@ -16,9 +17,10 @@ def verdict(problem: Problem, history: Sequence[HistoryEntry]) -> Text:
     reached = targets_reached(problem, history)
     if not reached:
         task = problem.task[0]
-        done = task.objective.achieved(history[-1].tasks[task.name])
+        last = history[-1].tasks[task.name]
+        done, least = task.objective.achieved(last), beside(problem, task, last)
         more = f", and {len(problem.task) - 1} more below" if len(problem.task) > 1 else ""
-        return Text(f"\nNo target was stated; {task.name}: {done.word} of {done}{more}.", style="bold")
+        return Text(f"\nNo target was stated; {task.name}: {done.word} of {done}{least}{more}.", style="bold")
     said = [_sentence(problem, name, each, history) for name, each in reached.items()]
     return Text("\n" + " ".join(said), style="bold red" if Reached.NO in reached.values() else "bold")
 

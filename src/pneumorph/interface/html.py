@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from pneumorph.limits.kinds.states import beside
 from pneumorph.limits.report import LimitReading
 from pneumorph.limits.table import BY_NAME
 from pneumorph.mechanics.material.judge import Fit, faults
@@ -48,7 +49,8 @@ def design_html(problem: Problem, iteration: int, entry: HistoryEntry | None, li
             result = entry.tasks[task.name]
             motion = task.objective.achieved(result)
             state = "stable" if result.stable else "not stable"
-            rows.append((task.name, motion.word, motion.beside_target, format_pressures(result.pressures), state))
+            told = f"{motion.beside_target}{beside(problem, task, result)}"
+            rows.append((task.name, motion.word, told, format_pressures(result.pressures), state))
         parts.append(table(("task", "", "result", "pressure", "state"), rows))
     rows = []
     for reading in limits:

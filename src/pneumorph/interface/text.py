@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from pneumorph.limits.kinds.states import beside
 from pneumorph.output.certainty import of_step
 from pneumorph.output.format import format_duration, format_pressures
 from pneumorph.problem import Problem
@@ -33,7 +34,9 @@ def design_text(problem: Problem, iteration: int, entry: HistoryEntry | None, pr
         result = entry.tasks[task.name]
         motion, state = task.objective.achieved(result), "stable" if result.stable else "not stable"
         at = format_pressures(result.pressures)
-        lines.append(f"  {task.name}: {motion.word} {motion.beside_target} at {at}, {state}")
+        lines.append(
+            f"  {task.name}: {motion.word} {motion.beside_target}{beside(problem, task, result)} at {at}, {state}"
+        )
     lines += _more(len(problem.task), "tasks")
     kept = "all limits satisfied" if entry.held else "not all limits satisfied"
     return "\n".join([*lines, f"  {kept}; {entry.elements} elements"])

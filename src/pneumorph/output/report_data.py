@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import pneumorph
+from pneumorph.limits.kinds.states import beside
 from pneumorph.limits.report import without_rounding
 from pneumorph.limits.table import in_history
 from pneumorph.mechanics import rubbers_of
@@ -89,12 +90,13 @@ def _entry(problem: Problem, entry: HistoryEntry, finer: Mapping[str, FineResult
     texts = {name: motion.beside_target for name, motion in motions.items()}
     fine = {task.name: task.objective.achieved(finer[task.name]) for task in problem.task if task.name in finer}
     texts |= {name: motions[name].with_error(each) for name, each in fine.items()}
+    least = {task.name: beside(problem, task, entry.tasks[task.name]) for task in problem.task}
     return to_json(entry) | {
         "limits": {key: None if value is None else without_rounding(value) for key, value in entry.limits.items()},
         "motions": {
             name: {"value": motion.value, "unit": motion.unit, "word": motion.word, "found": str(motion)}
             | ({"fine": fine[name].value} if name in fine else {})
-            | {"text": texts[name], "at": format_pressures(entry.tasks[name].pressures)}
+            | {"text": f"{texts[name]}{least[name]}", "at": format_pressures(entry.tasks[name].pressures)}
             for name, motion in motions.items()
         },
     }

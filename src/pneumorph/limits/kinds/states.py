@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.limits.limit import Limit
 from pneumorph.problem.components import MOTIONS as COMPONENTS
 from pneumorph.problem.components import is_turn
+from pneumorph.problem.objectives.words import Amount, Result, motion_amount
 
 if TYPE_CHECKING:
     from pneumorph.problem import Limits, Problem, Task, TaskLimits
@@ -152,3 +153,24 @@ def _told(limit: Limit, problem: Problem, task: Task) -> float:
         if least is limit:
             return direction(name, problem, task)
     return 1.0
+
+
+def is_least(limit: Limit) -> bool:
+    """Whether it is on a least motion, of all tasks or of one."""
+    return limit.name.startswith("at_least.")
+
+
+def least_motions(problem: Problem, task: Task, result: Result) -> list[tuple[Amount, str]]:
+    """Motions that a task must have at least, and is not judged by anyway: each as it is, and what it must be."""
+    own = task.objective.achieved(result).word
+    found = [
+        (motion_amount(name, 1.0, result), replace(limit, told=direction(name, problem, task)).asked(bound))
+        for name, limit in LEAST.items()
+        if (bound := bound_of(limit, problem, task)) is not None
+    ]
+    return [(amount, asked) for amount, asked in found if amount.word != own]
+
+
+def beside(problem: Problem, task: Task, result: Result) -> str:
+    """The same as it follows what a task achieves: ", bending about y 30.05° (at least 30°)"; empty without any."""
+    return "".join(f", {amount.word} {amount} ({asked})" for amount, asked in least_motions(problem, task, result))
