@@ -21,7 +21,7 @@ def main() -> None:
     gc.set_threshold(20_000)
     compiling.announce(_compiling)
     # What answers at once prints nothing else, however long it takes to load.
-    if sys.argv[1:] and not {"--help", "--version", "--quiet"} & set(sys.argv):
+    if sys.argv[1:] and not {"--help", "-h", "--version", "--quiet", "-q"} & set(sys.argv):
         doing.announce(_say)
     with doing.doing("loading the program"):
         from pneumorph.cli import app

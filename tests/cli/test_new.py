@@ -6,6 +6,7 @@ import sys
 
 import pytest
 from certifying import certified
+from typer.main import get_command
 from typer.testing import CliRunner
 
 import pneumorph
@@ -33,6 +34,22 @@ def test_help_fits_the_screen(command, width):
     assert max(len(line) for line in result.stdout.splitlines()) <= width
     # Sentences are not cut off.
     assert not re.search(r"[a-z,]\.\.\.$", result.stdout, flags=re.MULTILINE)
+
+
+def commands(group):
+    for command in group.commands.values():
+        yield from commands(command) if hasattr(command, "commands") else (command,)
+
+
+def test_common_options_have_the_same_short_names_everywhere():
+    short = {"--out": "-o", "--quiet": "-q"}
+    known = list(commands(get_command(app)))
+    options = [set(param.opts) for command in known for param in command.params]
+    assert sum("--out" in each for each in options) > 8 and sum("--quiet" in each for each in options) > 3
+    for each in options:
+        assert not each & set(short) or any(each == set(pair) for pair in short.items())
+        assert not each & set(short.values()) or each & set(short), "no other option has such a name"
+    assert CliRunner().invoke(app, ["material", "fit", "-h"]).exit_code == 0
 
 
 def test_help_keeps_what_is_in_brackets(run):

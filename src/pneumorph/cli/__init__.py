@@ -61,7 +61,13 @@ def _report(error: BaseException | str) -> None:
 
 
 # Without markup in help: it takes words in square brackets, such as [material], for styles and leaves them out.
-app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
+app = typer.Typer(
+    cls=Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["--help", "-h"]},
+)
 
 
 def _version(asked: bool) -> None:

@@ -36,10 +36,12 @@ def new(
 @doing("designing")
 def design(
     problem: Annotated[Path, typer.Argument(metavar="PROBLEM", help="The problem file (TOML); with --resume, a run.")],
-    out: Annotated[Path | None, typer.Option(help="The run directory; by default runs/<name of the file>.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The run directory; by default runs/<name of the file>.")
+    ] = None,
     iterations: Annotated[int | None, typer.Option(min=1, help="Maximum number of designs.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Resume an interrupted run.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the summary and errors.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only the summary and errors.")] = False,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -94,7 +96,9 @@ def check(
 @doing("running the study")
 def study(
     source: Annotated[Path, typer.Argument(metavar="STUDY", help="The study file (TOML).")],
-    out: Annotated[Path | None, typer.Option(help="The study's directory; by default runs/<name of the file>.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The study's directory; by default runs/<name of the file>.")
+    ] = None,
     cluster: Annotated[
         str | None,
         typer.Option(help="Address of a Dask scheduler, tcp://… or tls://…, whose workers share this disk; or slurm."),
@@ -103,7 +107,7 @@ def study(
         int | None,
         typer.Option(min=1, help="Number of processes on this machine; by default one for every core and every 2 GB."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the location of the results.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only the location of the results.")] = False,
     tls_ca: Annotated[
         Path | None,
         typer.Option(metavar="FILE.pem", help="For tls://…: certificate of the authority that signed the others."),
@@ -126,7 +130,8 @@ def study(
 def propose(
     source: Annotated[Path, typer.Argument(metavar="TARGET", help="The target file (TOML): tasks, and no body.")],
     out: Annotated[
-        Path | None, typer.Option(help="The directory of the search; by default runs/<name of the file>.")
+        Path | None,
+        typer.Option("--out", "-o", help="The directory of the search; by default runs/<name of the file>."),
     ] = None,
     minutes: Annotated[float, typer.Option(min=0.1, help="How long it may take.")] = 30.0,
     candidates: Annotated[int, typer.Option(min=2, max=1000, help="Number of bodies that are tried.")] = 24,
@@ -135,7 +140,7 @@ def propose(
         int | None,
         typer.Option(min=1, help="Number of processes; by default one for every core and every 2 GB."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print only the location of the results.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only the location of the results.")] = False,
 ) -> None:
     """Propose bodies for a motion: layouts are tried, and the best of them designed."""
     from pneumorph.cli.propose import propose

@@ -90,7 +90,9 @@ def calibrate(
             "That of push_ is held anyway.",
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the problem with the rubber found to this file.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the problem with the rubber found to this file.")
+    ] = None,
     design: DesignNumber = None,
     trust: Trusted = False,
 ) -> None:
@@ -126,7 +128,9 @@ def validate(
         ),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="With large elements and steps.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Folder for the table, all points, and a picture of each.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the table, all points, and a picture of each.")
+    ] = None,
     task: Annotated[str | None, typer.Option(help="The task whose loads act; by default the first.")] = None,
     design: DesignNumber = None,
     trust: Trusted = False,

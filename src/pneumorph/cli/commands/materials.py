@@ -84,7 +84,9 @@ def fit_material(
         str | None,
         typer.Option(metavar="extensometer|crosshead", help="Whether strain was measured on the specimen itself."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for the results; by default <name of the file>-fit.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the results; by default <name of the file>-fit.")
+    ] = None,
     density: Annotated[
         str | None,
         typer.Option(help="Density for the table [material], by default 1.1 g/cm^3; tests do not determine it."),

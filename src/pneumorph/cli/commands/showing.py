@@ -16,7 +16,7 @@ def export(
     source: Annotated[
         Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file (TOML).")
     ],
-    out: Annotated[Path, typer.Option(help="The file to write.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="The file to write.")],
     format: Annotated[
         str | None,
         typer.Option(
@@ -50,7 +50,9 @@ def export(
 @doing("writing the page")
 def report(
     run: Annotated[Path, typer.Argument(metavar="RUN|STUDY", help="A run directory, or the directory of a study.")],
-    out: Annotated[Path | None, typer.Option(help="The file; by default report.html in the directory.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The file; by default report.html in the directory.")
+    ] = None,
     model: Annotated[
         Path | None,
         typer.Option(
@@ -106,7 +108,8 @@ def draw(
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="The file to write; by default in the folder pictures of the run.")
+        Path | None,
+        typer.Option("--out", "-o", help="The file to write; by default in the folder pictures of the run."),
     ] = None,
     trust: Trusted = False,
 ) -> None:
@@ -132,7 +135,9 @@ def view(
 def make(
     run: RunDirectory,
     design: DesignNumber = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for files; by default make in the run directory.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for files; by default make in the run directory.")
+    ] = None,
     chord: Annotated[str, typer.Option(help="Largest distance of the triangles in 3MF and STL from the body.")] = (
         "0.02 mm"
     ),

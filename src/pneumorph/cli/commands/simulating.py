@@ -110,7 +110,7 @@ def simulate(
     task: Annotated[
         str | None, typer.Option(help="Simulate only this task; by default all tasks with different loads.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print no steps, for --json, --csv or --png.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no steps, for --json, --csv or --png.")] = False,
     trust: Trusted = False,
 ) -> None:
     """Simulate the starting body of a problem, or a design of a run: at the tasks' pressures or along sweeps."""

@@ -79,7 +79,10 @@ def reach(
 def model(
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_PROBLEM", help="A run directory, or a problem file.")],
     out: Annotated[
-        Path | None, typer.Option(help="The file, .npz; by default model.npz in the run, or the name of the problem.")
+        Path | None,
+        typer.Option(
+            "--out", "-o", help="The file, .npz; by default model.npz in the run, or the name of the problem."
+        ),
     ] = None,
     bounds: Annotated[
         list[str] | None,
