@@ -1,10 +1,11 @@
-"""The part of a sub-problem that limits on states decide: their multipliers, and the nearest step that meets them.
+"""The part of a sub-problem that rows of all variables decide: limits on states, and the curvature of the objective.
 
-A row of such a limit is of all variables. Where the objective is the pressure of a chamber, the multiplier that
-balances it is hundreds of times what an iteration of the programs changes it by, and a step from programs that end
-before is as far beyond the limit as the linearised row says. Without limits on the shape and known curvature, variables
-do not depend on each other: the step is known for any multipliers, and these are where a smooth concave function of as
-many variables as there are rows, the dual, is largest.
+Where the objective is the pressure of a chamber, the multiplier that balances it is hundreds of times what an iteration
+of the programs changes it by, and a step from programs that end before is as far beyond the limit as the linearised row
+says. So it is near a target: the curvature of a sum of squares turns the whole gradient within a small part of a step,
+and a step that does not know it goes to the other side of the target. Without limits on the shape, variables do not
+depend on each other but through these rows: the step is known for any multipliers, and these are where a smooth concave
+function of as many variables as there are rows, the dual, is largest.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from scipy.optimize import minimize
 
 
 class Pushed(NamedTuple):
-    """Raw variables z (n,), and the multipliers (k,) of the rows that push them there."""
+    """Raw variables z (n,), the multipliers (k,) of the limits that push them there, and squares z (q,)."""
 
     z: np.ndarray
     multiplier: np.ndarray
+    bent: np.ndarray
 
 
 def pushed(
@@ -30,8 +32,9 @@ def pushed(
     lower: np.ndarray,
     upper: np.ndarray,
     give: float,
+    squares: np.ndarray,
 ) -> Pushed:
-    """The solution of min slope·z + ½ pull ‖z‖² + ½ Σ w s² over a box, under excess + rows z ≤ s.
+    """The solution of min slope·z + ½ pull ‖z‖² + ½ ‖squares z‖² + ½ Σ w s² over a box, under excess + rows z ≤ s.
 
     Rows give way by s, so that there is one where no z satisfies all of them: the multiplier of a row is w s.
 
@@ -44,20 +47,26 @@ def pushed(
         The box of z.
     give : float
         w times the mean absolute derivative of a row.
+    squares : (q, n) array
+        Curvature. The more orthogonal these rows are, the sooner the solution is found.
     """
-    mean = np.maximum(np.abs(rows).mean(axis=1), 1e-12)
-    scaled, beyond = rows / mean[:, None], excess / mean
+    count, limited = len(rows), np.concatenate([rows, squares])
+    mean = np.maximum(np.abs(limited).mean(axis=1), 1e-12)
+    scaled, beyond = limited / mean[:, None], np.append(excess, np.zeros(len(squares))) / mean
+    # ½ (row z)² is a row with both signs that gives way by as much as it is.
+    stiffness = np.append(give * mean[:count], mean[count:] ** 2)
 
     def at(multiplier: np.ndarray) -> np.ndarray:
         return np.clip(-(slope + multiplier @ scaled) / pull, lower, upper)
 
     def dual(multiplier: np.ndarray) -> tuple[float, np.ndarray]:
-        z, given = at(multiplier), multiplier / (give * mean)
+        z, given = at(multiplier), multiplier / stiffness
         left = scaled @ z + beyond
         value = slope @ z + 0.5 * pull * z @ z + multiplier @ (left - 0.5 * given)
         return -float(value), given - left
 
-    begin = give * np.maximum(excess, 0.0)
-    if len(begin):
-        begin = minimize(dual, begin, jac=True, method="L-BFGS-B", bounds=[(0.0, None)] * len(begin)).x
-    return Pushed(at(begin), begin / mean)
+    found = stiffness * np.maximum(beyond, 0.0)
+    if len(found):
+        bounds = [(0.0, None)] * count + [(None, None)] * len(squares)
+        found = minimize(dual, found, jac=True, method="L-BFGS-B", bounds=bounds).x
+    return Pushed(at(found), found[:count] / mean[:count], found[count:] / mean[count:])

@@ -2,8 +2,8 @@
 
 The step is Ψ = S z with |z| ≤ Ξ, so the trust region (33) is a bound on z. Each program has the limits linearised at
 the step so far (`limits.rows`) and is solved by a primal–dual method (`primal_dual.py`). The multipliers of the limits
-are kept from design to design, by kind and knot-span cell; those of limits on states are found for every step
-(`pushing.py`). Limits that remain violated are repaired afterwards (`within.py`).
+are kept from design to design, by kind and knot-span cell; those of limits on states and of curvature are found for
+every step (`pushing.py`). Limits that remain violated are repaired afterwards (`within.py`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pneumorph.limits.table import ROWS
 from pneumorph.optimize.linear_limits import linear_limits
 from pneumorph.optimize.model import Proxy
 from pneumorph.optimize.primal_dual import Pair, Program, improved
-from pneumorph.optimize.pushing import pushed
+from pneumorph.optimize.pushing import Pushed, pushed
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.states import StateLimits
 from pneumorph.optimize.step import Step
@@ -90,19 +90,23 @@ class SequentialQuadratic:
         """
         space, pull = self.space, PROGRAM.proximity / radius
         bounds = np.maximum(-radius, space.lower - phi), np.minimum(radius, space.upper - phi)
-        raw = np.reshape([self.smooth.transpose(row) for row in states.jacobian], states.jacobian.shape)
+        raw, squares = self._raw(states.jacobian), self._raw(proxy.factors)
+        # Rows of neighbouring sections are nearly the same, and their multipliers would undo each other: the same
+        # curvature by rows that are orthogonal.
+        turned = np.linalg.eigh(squares @ squares.T)[1].T
+        factors, squares = turned @ proxy.factors, turned @ squares
 
-        def begun(slope: np.ndarray) -> tuple[Proxy, np.ndarray, np.ndarray]:
-            """The proxy over the mean of a slope (n,), multipliers of limits on states, and the slope they leave."""
+        def begun(slope: np.ndarray) -> tuple[Proxy, Pushed, np.ndarray]:
+            """The proxy over the mean of a slope (n,), its best step but for the shape, and the slope states leave."""
             unit = max(float(np.abs(slope).mean()), 1e-300)
-            scaled = Proxy(proxy.slope / unit, proxy.factors / np.sqrt(unit))
-            downhill = self.smooth.transpose(scaled.slope)
-            multiplier = pushed(downhill, pull, raw, states.excess, *bounds, PROGRAM.push).multiplier
-            return scaled, multiplier, proxy.slope + unit * multiplier @ states.jacobian
+            scaled = Proxy(proxy.slope / unit, factors / np.sqrt(unit))
+            downhill, curved = self.smooth.transpose(scaled.slope), squares / np.sqrt(unit)
+            found = pushed(downhill, pull, raw, states.excess, *bounds, PROGRAM.push, curved)
+            return scaled, found, proxy.slope + unit * found.multiplier @ states.jacobian
 
         # Derivatives are measured by the mean of those that the limits on states leave.
         _, _, left = begun(proxy.slope)
-        scaled, on_states, _ = begun(left)
+        scaled, (_, on_states, bent), _ = begun(left)
         # Beginning with the step before promises some per cent more, but shapes become rough: they gain less, and the
         # meshes of some fail.
         z, multipliers, places = np.zeros(space.n), self.multipliers.copy(), None
@@ -128,8 +132,8 @@ class SequentialQuadratic:
                 np.minimum(bounds[1], z + room),
                 len(on_states),
             )
-            begin = Pair(z, np.concatenate([multiplier, on_states]), scaled.factors @ change)
-            further, multiplier, _ = improved(program, begin, radius, PROGRAM.iterations, PROGRAM.accuracy)
+            begin = Pair(z, np.concatenate([multiplier, on_states]), bent)
+            further, multiplier, bent = improved(program, begin, radius, PROGRAM.iterations, PROGRAM.accuracy)
             moved, z = np.abs(further - z).max(), further
             multipliers = np.zeros_like(multipliers)
             np.add.at(multipliers, (rows.kind, rows.cell), multiplier[: len(rows.kind)])
@@ -138,8 +142,12 @@ class SequentialQuadratic:
                 break
         if not states.violated:
             # What programs leave of them would be left after a trial: the nearest step that meets them.
-            z = pushed(-z, 1.0, raw, states.excess, *bounds, PROGRAM.push).z
+            z = pushed(-z, 1.0, raw, states.excess, *bounds, PROGRAM.push, np.zeros((0, space.n))).z
         return Step(self.smooth.apply(z), number + 1, multipliers)
+
+    def _raw(self, rows: np.ndarray) -> np.ndarray:
+        """Rows (k, n) of derivatives with respect to the raw variables."""
+        return np.reshape([self.smooth.transpose(row) for row in rows], rows.shape)
 
     def after(self, step: Step) -> SequentialQuadratic:
         """See `Stepper.after`."""
