@@ -86,6 +86,16 @@ def test_nodes_inside_go_along(start, monkeypatch):
     assert seen[0] == pytest.approx(0.5 * (X + seen[1]), abs=1e-12)
 
 
+def test_elements_that_invert_half_way_only_halve_the_region(start, monkeypatch):
+    """They say nothing of the states of a shorter step, of which none is known either."""
+    setup, now = start
+    monkeypatch.setattr(trial, "_quality", lambda *given: -0.1)
+    phi = setup.space.start + 0.05
+    found, reached = trial._in_parts(setup, now.disc, now.analysis, now.disc, phi)
+    assert isinstance(found, NoEquilibrium)
+    assert reached == 0.5
+
+
 def test_nodes_slide_along_surfaces_before_a_new_mesh_is_made(start):
     """Where those inside are not enough, and the state found on the way is that from rest."""
     setup, now = start

@@ -237,7 +237,8 @@ def _in_parts(
         disc = replace(end, morph=between(begin.morph, end.morph, share))
         there = near.phi + share * (phi - near.phi)
         if _quality(disc, space.control_points(there)) < settings.bearable:
-            return NoEquilibrium("elements of the mesh invert along the step", 0.0, None), reached
+            # It says nothing of the states of shorter steps.
+            return NoEquilibrium("elements of the mesh invert along the step", 0.0, None), max(reached, part)
         starts = predict_states(space, disc, last, there)
         tried = analyse(problem, space, disc, there, starts, most=settings.most, roughest=settings.roughest)
         if not isinstance(tried, NoEquilibrium):
