@@ -12,9 +12,10 @@ from rich.text import Text
 
 from pneumorph.errors import ProblemError
 from pneumorph.interface.beam import fit_beam
-from pneumorph.interface.material import MODES, fit_material, parameters, undetermined
+from pneumorph.interface.material import MODES, fit_material, parameters
 from pneumorph.mechanics import rubber_of
 from pneumorph.mechanics.material.judge import Fit, faults
+from pneumorph.mechanics.material.undetermined import undetermined
 from pneumorph.problem.delimited import number
 from pneumorph.problem.material import Material, library
 from pneumorph.problem.memory import MEMORY
@@ -235,5 +236,6 @@ def _weights(entries: list[str]) -> dict[str, float]:
 def _row(one: Fit) -> str:
     numbers = ", ".join(f"{key} {_in_words(value)}" for key, value in parameters(one).items())
     verdict = ", ".join(faults(one)) or f"stable up to {one.reach:.3g}"
-    weak = f"; not determined: {', '.join(undetermined(one))}" if one.undetermined else ""
+    names = undetermined(one)
+    weak = f"; not determined: {', '.join(names)}" if names else ""
     return f"{one.form.label:<15} R² {one.r2:.5f}, RMS {1e3 * one.rms:.3g} kPa, {verdict}; {numbers}{weak}"

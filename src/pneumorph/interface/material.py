@@ -16,9 +16,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from pneumorph import atomic, units
 from pneumorph.errors import ProblemError, writing
-from pneumorph.mechanics.material.fit import TensionTest, is_term, material_keys
+from pneumorph.mechanics.material.fit import TensionTest, material_keys
 from pneumorph.mechanics.material.homogeneous import shear_modulus
 from pneumorph.mechanics.material.judge import Fit, faults, fit_all, reports
+from pneumorph.mechanics.material.undetermined import kept, sentences, undetermined
 from pneumorph.problem.covariance import rows_of
 from pneumorph.problem.material import MODELS, Material
 from pneumorph.problem.stiffness import no_rubber
@@ -128,7 +129,8 @@ class MaterialFit:
                 f"an initial shear modulus of {shear:.3g} MPa is not that of a rubber ({SOFTEST:g} to {STIFFEST:g} "
                 "MPa); check the unit of the stress, and whether the strain is in per cent"
             )
-        return [*doubts, *self._misses(), ": ".join(STRAIN_FROM[self.strain_from]), *reports(self.fits)]
+        doubts += [*self._misses(), *sentences(best, self.tests)]
+        return [*doubts, ": ".join(STRAIN_FROM[self.strain_from]), *reports(self.fits)]
 
     def _misses(self) -> Iterator[str]:
         """Where the best model is far from a test at small stretches, which least squares of stresses hardly see."""
@@ -333,22 +335,9 @@ def parameters(one: Fit) -> dict[str, Any]:
 
 def relative_covariance(one: Fit) -> np.ndarray:
     """The covariance of the relative errors of the parameters that a problem file has."""
-    kept = np.ones(len(one.parameters), bool)
-    if one.form.model == "ogden":
-        kept = np.repeat(is_term(one.parameters[::2]), 2)
-    size = one.parameters[kept]
-    return one.covariance[np.ix_(kept, kept)] / np.outer(size, size)
-
-
-def undetermined(one: Fit) -> list[str]:
-    """Names of the parameters of a fit that the tests do not determine."""
-    if one.form.model == "ogden":
-        names = [f"{key} {k + 1}" for k in range(len(one.parameters) // 2) for key in ("modulus", "exponent")]
-    elif one.form.model == "yeoh":
-        names = [f"coefficient {k + 1}" for k in range(len(one.parameters))]
-    else:
-        names = [key for key, _ in material_keys(one.form, one.parameters)]
-    return [names[k] for k in one.undetermined]
+    shown = kept(one)
+    size = one.parameters[shown]
+    return one.covariance[np.ix_(shown, shown)] / np.outer(size, size)
 
 
 def _record(one: Fit) -> dict[str, Any]:
@@ -359,7 +348,7 @@ def _record(one: Fit) -> dict[str, Any]:
         "model": one.form.model,
         "form": one.form.label,
         "parameters": parameters(one),
-        "not_determined": undetermined(one),
+        "not_determined": list(undetermined(one)),
         "r2": finite(one.r2),
         "rms_MPa": finite(one.rms),
         "criterion": finite(one.criterion),
@@ -414,12 +403,19 @@ def _read(mode: str, path: Path, weight: float, reading: Reading, most: float | 
     """A test from a file, and how it was read."""
     read = read_tension(path, reading)
     lines = [f"{path.name}: {mode} tension, {len(read.stretch)} points", *(f"  {line}" for line in read.told)]
-    kept = read.stretch <= (most or np.inf)
-    if not kept.all():
-        lines.append(f"  {np.count_nonzero(~kept)} points beyond the largest stretch of {most:g} are left out")
-    if np.count_nonzero(kept) < FEWEST or not read.stress[kept].max() > 0:
-        raise ProblemError(f"max_stretch: {most:g} leaves fewer than {FEWEST} useful points of {path}; raise it")
-    stretch, stress = read.stretch[kept], read.stress[kept]
+    within = read.stretch <= (most or np.inf)
+    if not within.all():
+        lines.append(f"  {np.count_nonzero(~within)} points beyond the largest stretch of {most:g} are left out")
+    if np.count_nonzero(within) < FEWEST or not read.stress[within].max() > 0:
+        # The fifth point, or the first that bears anything where that is later.
+        needed = max(np.sort(read.stretch)[FEWEST - 1], read.stretch[read.stress > 0].min())
+        least = np.ceil(1e3 * needed) / 1e3
+        raise ProblemError(
+            f"max_stretch: {most:g} leaves {np.count_nonzero(within)} of the {len(within)} points of {path}; a "
+            f"fit takes {FEWEST}, some of them with stress; raise it to {least:g} (--max-stretch {least:g}) or "
+            "more, or measure more points below it"
+        )
+    stretch, stress = read.stretch[within], read.stress[within]
     if len(stretch) > MOST_POINTS:
         lines.append(f"  neighbouring points are averaged to {MOST_POINTS}")
         stretch, stress = (

@@ -58,6 +58,7 @@ class Fit:
     ----------
     parameters : of the form's energy, without κ.
     covariance : of their errors, (m, m); large where the tests say nothing about one.
+    square : mean square of the differences of nominal stress, relative to the stresses of their tests.
     rms : root mean square of the differences of nominal stress, MPa.
     r2 : smallest coefficient of determination R² of the tests.
     criterion : Bayesian information criterion; smaller is better.
@@ -71,6 +72,7 @@ class Fit:
     form: Form
     parameters: np.ndarray
     covariance: np.ndarray
+    square: float
     rms: float
     r2: float
     criterion: float
@@ -218,7 +220,7 @@ def judged(form: Form, parameters: np.ndarray, tests: Sequence[TensionTest]) -> 
     count, square = len(difference), float(np.mean((difference * data.scale) ** 2))
     counted = min(count, INDEPENDENT)
     criterion = counted * np.log(square + ACCURACY**2) + form.count * np.log(counted)
-    covariance = _covariance(form, parameters, data, square)
+    covariance = covariance_of(form, parameters, data, square)
     top = borne(tests)
     grids = {mode: np.linspace(1.0, stretch_at(top, mode), GRID)[1:] for mode in DIRECTIONS}
     stretch, modes = np.concatenate(list(grids.values())), np.repeat(list(grids), GRID - 1)
@@ -235,6 +237,7 @@ def judged(form: Form, parameters: np.ndarray, tests: Sequence[TensionTest]) -> 
         form,
         parameters,
         covariance=covariance,
+        square=square,
         rms=float(np.sqrt(np.mean(difference**2))),
         r2=min(1.0 - left / all_ for left, all_ in zip(remains, variance, strict=True)),
         criterion=float(criterion),
@@ -246,7 +249,7 @@ def judged(form: Form, parameters: np.ndarray, tests: Sequence[TensionTest]) -> 
     )
 
 
-def _covariance(form: Form, parameters: np.ndarray, data: MeasuredPoints, square: float) -> np.ndarray:
+def covariance_of(form: Form, parameters: np.ndarray, data: MeasuredPoints, square: float) -> np.ndarray:
     """Covariance (m, m) of least squares with the errors of stress that the fit leaves, and those of the machine."""
     count = len(data.stress)
     variance = square * count / max(count - form.count, 1) + ACCURACY**2
