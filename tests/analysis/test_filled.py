@@ -137,7 +137,8 @@ def test_a_sweep_of_volume_is_that_of_its_pressures():
     assert steps[0].pressures["A"] == pytest.approx(0.0, abs=1e-9) and steps[0].translation[2] == pytest.approx(
         0.0, abs=1e-6
     )
-    assert swept.plot().axes[0].get_xlabel() == "volume of A, ml"
+    assert [step.filled["A"] for step in steps] == pytest.approx([0.0, 150.0, 300.0])
+    assert swept.plot().axes[0].get_xlabel() == "volume filled into A, ml"
 
 
 def test_what_is_sealed_has_no_pressure_of_its_own():

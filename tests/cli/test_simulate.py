@@ -159,8 +159,17 @@ def test_a_body_that_goes_through_itself_is_told(run, tmp_path):
 
 
 def test_a_filled_chamber(run, tiny, tmp_path):
-    result = run("simulate", tiny, "--volume", "A=0:0.2:0.1ml", "--json", tmp_path / "s.json")
+    files = "--json", tmp_path / "s.json", "--csv", tmp_path / "s.csv"
+    result = run("simulate", tiny, "--volume", "A=0:0.2:0.1ml", *files)
     assert result.exit_code == 0, result.output
+    heading, *rows = [line.split() for line in result.stdout.splitlines() if line.startswith(("task", "extend"))]
+    assert heading[3:6] == ["A", "filled", "ml"] and [row[2] for row in rows[:3]] == ["0", "0.1", "0.2"]
+    with (tmp_path / "s.csv").open(encoding="utf-8", newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [float(row["filled_A_mm3"]) for row in table] == pytest.approx([0.0, 100.0, 200.0])
+    assert [float(row["volume_A_mm3"]) - float(table[0]["volume_A_mm3"]) for row in table] == pytest.approx(
+        [0.0, 100.0, 200.0], abs=1e-3
+    )
     steps = steps_of(tmp_path / "s.json")
     grown = np.array([step["volume_mm3"]["A"] for step in steps]) - steps[0]["volume_mm3"]["A"]
     assert grown == pytest.approx([0.0, 100.0, 200.0], abs=1e-4)

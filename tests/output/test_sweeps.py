@@ -68,6 +68,17 @@ def test_the_pull_on_a_plate_is_in_the_table():
     assert np.isnan(rows[1][header.index("pull_plate_N")])
 
 
+def test_what_is_filled_in_is_known_of_steps_without_a_state_too():
+    held = [replace(step({"A": 0.01 * number}), filled={"A": 100.0 * number}) for number in range(3)]
+    curve = Curve("t", ("volume A",), [*held, replace(missing({}), filled={"A": 300.0})])
+    header, rows = table([curve], ["A"])
+    assert header[2:4] == ["pressure_A_kPa", "filled_A_mm3"]
+    assert [row[3] for row in rows] == [0.0, 100.0, 200.0, 300.0]
+    assert rows[2][2] == pytest.approx(20.0) and np.isnan(rows[3][2]), "its pressure is not known"
+    axes = curves_figure([curve], "").axes[0]
+    assert axes.get_xlabel() == "volume filled into A, ml" and axes.get_xlim()[1] > 0.3
+
+
 @pytest.fixture
 def drawn(tmp_path):
     """Draw sweeps; the figure with its axes by title."""

@@ -17,8 +17,8 @@ export function study(page, blocks) {
   show();
   comparison.load(runs, chosen);
   byId("comparison").hidden = false;
-  byId("eyebrow").textContent = "pneumorph · study";
-  byId("comparison-title").textContent = "Members side by side";
+  byId("eyebrow").textContent = `pneumorph · a study of ${runs.length} runs`;
+  byId("comparison-title").textContent = "Runs of the study, side by side";
   byId("without").textContent = without.join(" ");
   byId("members").hidden = false;
   byId("compared").closest(".card").hidden = true;
@@ -53,7 +53,7 @@ export function study(page, blocks) {
   function show() {
     const { name, packed } = runs[chosen];
     page.load(packed);
-    heading.textContent = `Member ${name}`;
+    heading.textContent = `Run ${name}`;
     byId("title").textContent = document.title = title;
   }
 
@@ -100,7 +100,7 @@ export function memberTable(members) {
       { text: facts.result ? (facts.result.completed ? "finished" : "failed") : "begun", value: facts.result?.reason ?? "" },
     ];
   });
-  const heads = ["member", ...named(keys), ...tasks.map((name) => (alike.has(name) ? `${name}: ${alike.get(name)}` : name)), "objective", "limits", "designs", "time, s", "state"];
+  const heads = ["run", ...named(keys), ...tasks.map((name) => (alike.has(name) ? `${name}: ${alike.get(name)}` : name)), "objective", "limits", "designs", "time, s", "state"];
   return { heads, rows };
 }
 

@@ -18,7 +18,7 @@ const column = (head) => heads.indexOf(head);
 
 test("a row has what a member changes and what it came to", () => {
   assert.deepEqual(rows[1].map(({ text }) => text), ["stiff", "400 N*mm/rad", "17", "−17", "violated", "3", "2", "finished"]);
-  assert.deepEqual(heads, ["member", "bending y", "bend: bending, °", "objective", "limits", "designs", "time, s", "state"]);
+  assert.deepEqual(heads, ["run", "bending y", "bend: bending, °", "objective", "limits", "designs", "time, s", "state"]);
 });
 
 test("where members are asked for different motions, every cell says which", () => {
@@ -31,7 +31,7 @@ test("quantities are sorted as numbers, and what is missing comes last", () => {
   assert.deepEqual(sorted(rows, column("bending y"), false), [0, 1, 2]);
   assert.deepEqual(sorted(rows, column("bending y"), true), [1, 0, 2]);
   assert.deepEqual(sorted(rows, column("bend: bending, °"), true), [2, 0, 1]);
-  assert.deepEqual(sorted(rows, column("member"), false), [2, 0, 1]);
+  assert.deepEqual(sorted(rows, column("run"), false), [2, 0, 1]);
 });
 
 test("a filter needs every word", () => {

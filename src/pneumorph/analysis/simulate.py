@@ -466,10 +466,12 @@ def step_of(
     skin : the surface of the whole body.
     whole : the whole body, where part of it was solved and motions without its symmetry are to be looked at too.
     """
+    filled = {} if at.enclosed is None else at.enclosed.liquids
     if isinstance(answer, NoEquilibrium):
         return SweepStep(
             task,
             pressures,
+            filled=filled,
             converged=False,
             reason=answer.reason,
             buckled=answer.buckled,
@@ -501,6 +503,7 @@ def step_of(
         buckled=answer.buckled,
         holds=_holds(at),
         gas=amounts(at.model, at.X, at.enclosed),
+        filled=filled,
     )
 
 

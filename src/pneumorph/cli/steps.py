@@ -70,10 +70,11 @@ class Rows:
 
 
 def given(step: SweepStep) -> list[Cell]:
-    """Time, pressures, and where obstacles and the plate are held."""
+    """Time, pressures, what is filled in, and where obstacles and the plate are held."""
     return [
         *([] if step.time is None else [Cell("time s", f"{step.time:.4g}")]),
         *(Cell(f"{name} kPa", f"{1e3 * value:.4g}") for name, value in sorted(step.pressures.items())),
+        *(Cell(f"{name} filled ml", f"{1e-3 * value:.4g}") for name, value in step.filled.items()),
         *(cell for name, by in step.moves.items() for cell in _vector(f"{name} moved ", by, 3, "mm")),
         *(cell for name, by in step.turns.items() for cell in _vector(f"{name} turned ", np.degrees(by), 2, "°")),
         *(

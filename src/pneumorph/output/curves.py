@@ -160,15 +160,15 @@ def _ends(curves: Sequence[Curve]) -> list[End]:
 
 
 def _along(curve: Curve, step: SweepStep) -> float:
-    """What is swept first: time, s, pressure of a chamber, kPa, motion of an obstacle or the plate, mm or degrees."""
+    """What is swept first: time, s, pressure of a chamber, kPa, or what is filled into it, ml, motion of an obstacle or
+    the plate, mm or degrees."""
     first = curve.swept[0]
     if first == TIME:
         return step.time or 0.0
     if first in step.pressures:
         return 1e3 * step.pressures[first]
     if first.startswith(FILLED):
-        name = first.removeprefix(FILLED)
-        return 1e-3 * step.volumes[name]
+        return 1e-3 * step.filled[first.removeprefix(FILLED)]
     if first.startswith(HELD):
         value = step.holds.get(first.removeprefix(HELD), 0.0)
         return np.degrees(value) if is_turn(first.removeprefix(HELD)) else value
@@ -189,7 +189,7 @@ def _pressure(curves: Sequence[Curve]) -> str:
             return "pressure, kPa, displacement, mm, or turn, °"
         name = moved.pop()
         if name.startswith(FILLED):
-            return f"volume of {name.removeprefix(FILLED)}, ml"
+            return f"volume filled into {name.removeprefix(FILLED)}, ml"
         if name.startswith(HELD):
             component = name.removeprefix(HELD)
             words = MOTION_WORDS[MOTION_OF.get(component, component)]

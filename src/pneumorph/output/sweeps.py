@@ -32,6 +32,7 @@ def table(curves: Sequence[Curve], chambers: Sequence[str]) -> tuple[list[str], 
     blocked = reactions(curves)
     header = ["task", "swept", *(["time_s"] if _timed(curves) else [])]
     header += [f"pressure_{name}_kPa" for name in chambers]
+    header += [f"filled_{name}_mm3" for name in _filled(curves)]
     header += [f"move_{name}_{axis}_mm" for name in _moved(curves) for axis in AXES]
     header += [f"turn_{name}_{axis}_deg" for name in _turned(curves) for axis in AXES]
     header += [f"held_{name}_{'deg' if is_turn(name) else 'mm'}" for name in _held(curves)]
@@ -80,6 +81,11 @@ def pulled(curves: Sequence[Curve]) -> list[str]:
     return list(dict.fromkeys(name for curve in curves for step in curve.found for name in step.pull))
 
 
+def _filled(curves: Sequence[Curve]) -> list[str]:
+    """The chambers that some step fills to a volume."""
+    return list(dict.fromkeys(name for curve in curves for step in curve.steps for name in step.filled))
+
+
 def _moved(curves: Sequence[Curve]) -> list[str]:
     """The obstacles that some step moves from their places."""
     return list(dict.fromkeys(name for curve in curves for step in curve.steps for name in step.moves))
@@ -114,7 +120,8 @@ def _cells(step: SweepStep, chambers: Sequence[str], blocked: Sequence[str], cur
     obstacles = touched(curves)
     return [
         *([nan if step.time is None else step.time] if _timed(curves) else []),
-        *(1e3 * step.pressures[name] for name in chambers),
+        *(1e3 * step.pressures.get(name, nan) for name in chambers),
+        *(step.filled.get(name, nan) for name in _filled(curves)),
         *(part for name in _moved(curves) for part in step.moves.get(name, (0.0, 0.0, 0.0))),
         *(degrees(part) for name in _turned(curves) for part in step.turns.get(name, (0.0, 0.0, 0.0))),
         *(degrees(at) if is_turn(name) else at for name in _held(curves) for at in [step.holds.get(name, 0.0)]),

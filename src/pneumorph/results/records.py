@@ -419,6 +419,8 @@ class SweepStep:
         known; else empty.
     gas : {chamber: mm³}
         As in `TaskResult`.
+    filled : {chamber: mm³}
+        Of chambers that are filled to a volume: the liquid in them beyond what they hold at rest.
     fine_translation, fine_rotation : (3,) mm, rad, or None
         Estimates of the motion of the tip without the error of the mesh, see `FineResult`; in the last step of a sweep,
         as far as they are known.
@@ -462,6 +464,7 @@ class SweepStep:
     holds: Mapping[str, float] = field(default_factory=dict)
     limit: Mapping[str, float] = field(metadata={"key": "limit_MPa"}, default_factory=dict)
     gas: Mapping[str, float] = field(metadata={"key": "gas_mm3"}, default_factory=dict)
+    filled: Mapping[str, float] = field(metadata={"key": "filled_mm3"}, default_factory=dict)
     fine_translation: Vector | None = field(metadata={"key": "fine_translation_mm"}, default=None)
     fine_rotation: Vector | None = field(metadata={"key": "fine_rotation_rad"}, default=None)
     fine_reaction: Mapping[str, float] = field(default_factory=dict)

@@ -56,6 +56,11 @@ class Enclosed:
     exponent: np.ndarray
     atmosphere: np.ndarray
 
+    @property
+    def liquids(self) -> dict[str, float]:
+        """Volume of liquid in mm³ beyond that at rest, of the chambers that are filled with some."""
+        return {name: float(self.added[k]) for k, name in enumerate(self.chambers) if not self.gas[k]}
+
     def part(self, fraction: float) -> Enclosed:
         """With a fraction of what is filled in, as loads are raised."""
         return replace(self, added=fraction * self.added, filling=fraction * self.filling)
