@@ -18,11 +18,11 @@ from pneumorph.geometry.tube import enclosed_volume, starting_body
 from pneumorph.mesh.tube import mesh_body
 from pneumorph.output import render
 from pneumorph.output.animation import MOST_FRAMES, evolution, filled_in, inflation, save_gif
-from pneumorph.output.bodies import bodies_figure
+from pneumorph.output.bodies import bodies_figure, draw_strip, strip_height
 from pneumorph.output.cuts import asked_view, task_view, view_of
 from pneumorph.output.figures import PAGE
 from pneumorph.output.marks import Arrow, Marks, draw_marks
-from pneumorph.output.scenes import scenes_of
+from pneumorph.output.scenes import Scene, scenes_of
 from pneumorph.output.section import cut_open, outline
 from pneumorph.output.sheet import sheet_figure
 from pneumorph.output.shell import shell_of
@@ -31,6 +31,27 @@ from pneumorph.problem import loads
 from pneumorph.problem.file import read
 from pneumorph.problem.starts import text_of
 from pneumorph.results import Fields
+
+
+@pytest.mark.parametrize("gravity", [None, np.array([0.0, 0.0, -1.0])])
+@pytest.mark.parametrize("wide", [0.48, 0.8, 1.3, 2.5])
+def test_the_bar_of_the_scale_fits_panels_of_any_width(mesh, wide, gravity):
+    scene = Scene("at rest", Shape(mesh, np.zeros_like(mesh.points)), View(np.array([0.0, 1.0, 0.0])), Marks(), gravity)
+    tall, scale = strip_height(scene, wide), 0.03
+    figure = Figure(figsize=(wide, tall))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    draw_strip(axes, scene, (wide, tall), scale)
+    (bar,) = (line for line in axes.lines if len(line.get_xdata()) == 2)
+    (words,) = (text for text in axes.texts if text.get_text().endswith(" mm"))
+    start, end = bar.get_xdata()
+    assert end - start == pytest.approx(scale * float(words.get_text().removesuffix(" mm")))
+    assert start >= 0.0 and end <= wide and end - start > 0.12
+    figure.draw_without_rendering()
+    box = words.get_window_extent().transformed(figure.dpi_scale_trans.inverted())
+    assert box.x1 <= wide and box.y0 >= 0.0
+    # Beside the letters of the axes, or below them.
+    others = [text.get_window_extent() for text in axes.texts if text is not words and text.get_text()]
+    assert not any(words.get_window_extent().overlaps(other) for other in others)
 
 
 def problem_with(end_effector="", gravity="", **changes):

@@ -16,7 +16,7 @@ from matplotlib.colors import Normalize
 
 from pneumorph.output import render
 from pneumorph.output.figures import DOTS, INK, PAGE, SMALL, TEXT, Figure
-from pneumorph.output.marks import draw_axes, draw_clamp, draw_marks, draw_outline, legend_handles
+from pneumorph.output.marks import axes_width, draw_axes, draw_clamp, draw_marks, draw_outline, legend_handles
 from pneumorph.output.reinforcements import covering_handles
 from pneumorph.output.scenes import Scene
 from pneumorph.output.view import STRETCH, Colours, Job, Panel
@@ -34,6 +34,9 @@ PER_ROW = 5
 """Panels in a row at most."""
 STRIP, SIDE = 0.42, 0.68
 """Inches: height of the strip with axes and scale below each panel, and width of the colour scale on the right."""
+
+BAR_ROOM, BAR_LINE = 0.5, 0.26
+"""Inches: width beside the axes below which the scale has a line of its own, and the height of that."""
 
 LETTER = 0.0083
 """Width of a letter in inches, per point of its size."""
@@ -192,7 +195,8 @@ def compose(
     heading = textwrap.fill(title, max(12, int(total / BOLD)))
     head = line_height(TEXT) * (heading.count("\n") + 1) + 0.06 if title else 0.0
     foot = legend_height(scenes, total)
-    row = above + high + STRIP
+    strip = strip_height(scenes[0], wide)
+    row = above + high + strip
     figure = Figure(figsize=(total, head + rows * row + foot), facecolor="white")
     height = head + rows * row + foot
     for number, (scene, picture) in enumerate(zip(scenes, pictures, strict=True)):
@@ -202,8 +206,8 @@ def compose(
         draw_scene(axes, scene, picture, layout.extents[number])
         axes.set_title(titles[number], fontsize=SMALL, color=INK, pad=3)
         draw_strip(
-            figure.add_axes((column * wide / total, (bottom - STRIP) / height, wide / total, STRIP / height)),
-            scene, wide, layout.scale if number == 0 else None,
+            figure.add_axes((column * wide / total, (bottom - strip) / height, wide / total, strip / height)),
+            scene, (wide, strip), layout.scale if number == 0 else None,
         )  # fmt: skip
     if title:
         fits = BOLD * max(map(len, heading.splitlines())) < layout.columns * wide
@@ -283,26 +287,36 @@ def draw_scene(axes: Axes, scene: Scene, picture: np.ndarray, extent: np.ndarray
     axes.set_axis_off()
 
 
-def draw_strip(axes: Axes, scene: Scene, wide: float, scale: float | None) -> None:
+def strip_height(scene: Scene, wide: float) -> float:
+    """Inches of the strips below panels of a width, the first of which has the bar, on a line of its own where there is
+    no room beside the axes."""
+    return STRIP if wide - axes_width(scene.gravity) >= BAR_ROOM else STRIP + BAR_LINE
+
+
+def draw_strip(axes: Axes, scene: Scene, size: tuple[float, float], scale: float | None) -> None:
     """Draw the directions of the axes and, where inches per mm are given, a bar with its length.
+
+    The bar is beside the axes or, in a high strip, below them; see `strip_height`.
 
     Parameters
     ----------
     axes : Axes
         Below a panel, in inches.
     scene : Scene
-    wide : float
-        Width, inches.
+    size : (2,)
+        Width and height, inches.
     scale : float or None
         Inches per mm; None for no bar.
     """
-    axes.set(xlim=(0.0, wide), ylim=(0.0, STRIP))
+    wide, below = size[0], size[1] - STRIP
+    axes.set(xlim=(0.0, wide), ylim=(-below, STRIP))
     axes.set_axis_off()
-    start = draw_axes(axes, scene.view, scene.gravity)
+    draw_axes(axes, scene.view, scene.gravity)
     if scale is not None:
+        start = 0.06 if below else axes_width(scene.gravity)
         length = _round(0.8 * min(wide - start, 1.0) / scale)
-        axes.plot([start, start + scale * length], [0.2, 0.2], color=INK, linewidth=1.5, solid_capstyle="butt")
-        axes.text(start, 0.16, f"{length:g} mm", ha="left", va="top", fontsize=SMALL, color=INK)
+        axes.plot([start, start + scale * length], [0.2 - below] * 2, color=INK, linewidth=1.5, solid_capstyle="butt")
+        axes.text(start, 0.16 - below, f"{length:g} mm", ha="left", va="top", fontsize=SMALL, color=INK)
 
 
 def _round(length: float) -> float:

@@ -206,15 +206,18 @@ def _arrow(axes: Axes, ends: np.ndarray, colour: str, dashes: Any = "-") -> None
     axes.annotate("", ends[1], ends[0], arrowprops=look | {"mutation_scale": 8, "path_effects": HALO}, zorder=6)
 
 
-def draw_axes(axes: Axes, view: View, gravity: np.ndarray | None) -> float:
-    """Draw the directions of x, y and z, and of gravity beside them, on axes in inches; the width that this takes."""
+def axes_width(gravity: np.ndarray | None) -> float:
+    """Inches that the directions of x, y and z take, with that of gravity beside them where it acts."""
+    return 0.5 if gravity is None else 0.95
+
+
+def draw_axes(axes: Axes, view: View, gravity: np.ndarray | None) -> None:
+    """Draw the directions of x, y and z, and of gravity beside them, on axes in inches; see `axes_width`."""
     length, origin = 0.2, np.array([0.16, 0.17])
     for name, direction in zip("xyz", view.flat(length * np.eye(3)), strict=True):
         _direction(axes, origin, direction, name, INK)
-    if gravity is None:
-        return 0.5
-    _direction(axes, origin + np.array([0.5, 0.08]), view.flat(0.85 * length * gravity), "g", LOAD)
-    return 0.95
+    if gravity is not None:
+        _direction(axes, origin + np.array([0.5, 0.08]), view.flat(0.85 * length * gravity), "g", LOAD)
 
 
 def _direction(axes: Axes, origin: np.ndarray, flat: np.ndarray, name: str, colour: str) -> None:

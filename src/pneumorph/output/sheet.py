@@ -11,7 +11,6 @@ from pneumorph.output import render
 from pneumorph.output.bodies import (
     LETTER,
     SIDE,
-    STRIP,
     draw_colours,
     draw_legend,
     draw_scene,
@@ -20,6 +19,7 @@ from pneumorph.output.bodies import (
     lay_out,
     legend_height,
     line_height,
+    strip_height,
 )
 from pneumorph.output.figures import INK, PAGE, SMALL, TEXT, Figure, save
 from pneumorph.output.format import format_pressures
@@ -71,20 +71,21 @@ def sheet_figure(title: str, captions: Sequence[str], scenes: Sequence[Sequence[
     width = columns * (panels * wide + GAP) + SIDE
     head, foot = line_height(TEXT) + 0.1, legend_height(everything, width)
     rows = -(-len(scenes) // columns)
-    height = head + rows * (above + high + STRIP) + foot
+    strip = strip_height(everything[0], wide)
+    height = head + rows * (above + high + strip) + foot
     figure = Figure(figsize=(width, height), facecolor="white")
     for column, row, number, scene in _places(scenes, columns):
         tile, place = divmod(column, panels)
         left = tile * (panels * wide + GAP) + place * wide + GAP / 2
-        bottom = height - head - row * (above + high + STRIP) - above - high
+        bottom = height - head - row * (above + high + strip) - above - high
         axes = figure.add_axes((left / width, bottom / height, wide / width, high / height))
         draw_scene(axes, scene, pictures[number], layout.extents[number])
         if place == 0:
             at = (left + panels * wide / 2) / width, (bottom + high + above - 0.04) / height
             figure.text(*at, words[row * columns + tile], ha="center", va="top", fontsize=SMALL, color=INK)
         draw_strip(
-            figure.add_axes((left / width, (bottom - STRIP) / height, wide / width, STRIP / height)),
-            scene, wide, layout.scale if number == 0 else None,
+            figure.add_axes((left / width, (bottom - strip) / height, wide / width, strip / height)),
+            scene, (wide, strip), layout.scale if number == 0 else None,
         )  # fmt: skip
     long = min(0.8 * (height - head - foot), 2.4)
     at = (width - SIDE + 0.08) / width, (height - head + foot - long) / 2 / height
