@@ -25,6 +25,7 @@ MOST = 200
 """Characters of a quantity: what is longer is none, and reading it could take for ever."""
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
+_COMMA = re.compile(r",([0-9]+)")
 _QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*")
 _UNIT = re.compile(r"(?:1?\s*/\s*)?[A-Za-zµμ°](?:[A-Za-zµμ°²³·*/() ]|\^-?\d(?!\d))*")
 
@@ -115,7 +116,12 @@ def parse(text: Any, kind: Kind) -> float:
         raise ValueError(f'"{short(text)}" is not a number with a unit; {fix}')
     number, unit = match.groups()
     if not unit:
-        raise ValueError(f'"{short(text.strip())}" has no unit; {fix}')
+        meant = f"{text.strip()} {kind.written}" if abs(float(number)) < LARGEST else kind.example
+        raise ValueError(f'"{short(text.strip())}" has no unit; write e.g. "{short(meant)}"')
+    if comma := _COMMA.match(unit):
+        raise ValueError(
+            f'"{short(text)}" has a comma; write a decimal point, "{number}.{comma[1]}{unit[comma.end() :]}"'
+        )
     value = float(Decimal(number) * _factor(unit, kind))
     if not abs(value) <= kind.most:
         raise ValueError(f'"{short(text)}" is too large; {fix}')

@@ -280,7 +280,11 @@ WRONG = [
     ("iterations = 40", "iterations = 0", "optimizer.iterations", "out of range"),
     ('method = "sqp"', 'method = "newton"', "optimizer.method", "use 'sqp' or 'dfp'"),
     ("[mesh]", "mesh = 2\n[mesh]", "limits.mesh", "unknown key"),
-    ("iterations = 40", "iterations = 40\niterations = 50", "problem", "not TOML"),
+    ("iterations = 40", "iterations = 40\niterations = 50", "problem", "it is given twice; leave one of them out"),
+    ('length = "80 mm"', "length = “80 mm”", "problem", "its quotes are curly; write straight ones"),
+    ('length = "80 mm"', "length = 80 mm", "problem", 'quantities are in quotes; write "80 mm"'),
+    ('length = "80 mm"', 'length = "8,5 cm"', "body.length", 'has a comma; write a decimal point, "8.5 cm"'),
+    ('center = ["-5 mm"', "center = [-5 mm", "problem", 'quantities are in quotes; write "-5 mm"'),
 ]
 
 

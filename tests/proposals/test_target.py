@@ -7,6 +7,7 @@ import pytest
 import tomli_w
 
 from pneumorph.errors import ProblemError
+from pneumorph.problem import load
 from pneumorph.proposals import load_target
 
 BEND = {"name": "bend", "objective": {"motion": "bending_y"}}
@@ -66,3 +67,10 @@ def test_rubbers_may_be_a_list(tmp_path):
 def test_a_mistake_names_its_key(tmp_path, changes, key):
     with pytest.raises(ProblemError, match=f"^{re.escape(key)}"):
         target(tmp_path, **changes)
+
+
+def test_a_target_is_no_problem(tmp_path):
+    file = tmp_path / "some target.toml"
+    file.write_text('space = { length = "80 mm", radius = "12 mm" }\n', encoding="utf-8")
+    with pytest.raises(ProblemError, match=f"run: pneumorph propose '{file}'"):
+        load(file)

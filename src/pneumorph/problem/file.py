@@ -1,6 +1,7 @@
 """Reading problem files into a valid `Problem`, or into an error of one readable line."""
 
 from pathlib import Path
+from shlex import quote
 
 from pneumorph.errors import ProblemError
 from pneumorph.problem.reading import parse_toml, read_toml
@@ -53,4 +54,8 @@ def loads(text: str, where: str = "problem", folder: str | Path = ".") -> Proble
 def _valid(data: dict, where: str, folder: str | Path) -> Problem:
     if not data:
         raise ProblemError(f"{where}: is empty; start from a file in examples/")
+    if "space" in data and "body" not in data:
+        raise ProblemError(
+            f"{where}: is a target, which has a space and no body; run: pneumorph propose {quote(where)}"
+        )
     return Problem.model_validate(data, context={"folder": folder})

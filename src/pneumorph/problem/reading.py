@@ -113,7 +113,8 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ProblemError(f"{where}: is not TOML ({clipped(str(error), 150)}); fix it there") from None
+        how = _mended(text, str(error)) or "fix it there"
+        raise ProblemError(f"{where}: is not TOML ({clipped(str(error), 150)}); {how}") from None
     except RecursionError:
         raise ProblemError(
             f"{where}: is not TOML that can be read (too many lists within lists); write it flatter"
@@ -122,3 +123,18 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
         raise ProblemError(
             f"{where}: is not TOML that can be read (a number has too many digits); shorten it"
         ) from None
+
+
+def _mended(text: str, reason: str) -> str | None:
+    """How to write the line at which the parser has stopped, for slips that are common; None for others."""
+    if (at := re.search(r"line ([0-9]+)", reason)) is None:
+        return None
+    lines = text.splitlines()
+    line = lines[int(at[1]) - 1][:500] if int(at[1]) <= len(lines) else ""
+    if re.search("[“”„‟]", line):
+        return 'its quotes are curly; write straight ones, "…"'
+    if "overwrite" in reason:
+        return "it is given twice; leave one of them out"
+    if found := re.search(r"[=\[,]\s*([-+]?[0-9.]+\s*[A-Za-zµ°%/][^\s,\]}#]*)", line):
+        return f'quantities are in quotes; write "{clipped(found[1], 40)}"'
+    return None
