@@ -80,6 +80,9 @@ def test_a_step_without_equilibrium_is_null():
     }  # fmt: skip
     back = from_json(SweepStep, json.loads(json.dumps(written)))
     assert (back.task, back.converged, back.reason) == ("t", False, "it balloons")
+    # What was filled in is known of it.
+    filled = SweepStep("t", {}, converged=False, reason="it balloons", filled={"A": 300.0})
+    assert from_json(SweepStep, json.loads(json.dumps(to_json(filled)))).filled == {"A": 300.0}
     assert math.isnan(back.max_stretch) and np.isnan(back.translation).all() and back.volumes == {}
 
 

@@ -16,7 +16,7 @@ from pneumorph.errors import ProblemError
 from pneumorph.problem import Problem
 from pneumorph.problem.components import is_turn
 from pneumorph.problem.materials import materials
-from pneumorph.results.records import Cycle, SweepStep
+from pneumorph.results.sweeps import Cycle, SweepStep
 
 MOST_CYCLES = 1000
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.analysis.analyse import refuse_friction
 from pneumorph.analysis.bodies import mesh_of
-from pneumorph.analysis.simulate import step_of
+from pneumorph.analysis.steps import step_of
 from pneumorph.errors import ProblemError
 from pneumorph.geometry import Body
 from pneumorph.mechanics import (

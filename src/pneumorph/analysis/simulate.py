@@ -12,9 +12,10 @@ import numpy as np
 
 from pneumorph.analysis.accuracy import beyond, extrapolated, refined_model
 from pneumorph.analysis.bodies import mesh_of
-from pneumorph.analysis.collect import by_region, poses_of, vector
+from pneumorph.analysis.collect import vector
 from pneumorph.analysis.cycles import Durations, cycles_of, timed_paths
 from pneumorph.analysis.pressures import MOTIONS, PressurePath, pressure_paths
+from pneumorph.analysis.steps import reaction_of, step_of
 from pneumorph.analysis.stiffness import direction, stiffness_at
 from pneumorph.analysis.tolerances import Tolerances, of_sources
 from pneumorph.errors import ProblemError
@@ -30,7 +31,6 @@ from pneumorph.mechanics import (
     Tangent,
     Whole,
     configure,
-    contact_forces,
     enclosed_of,
     exerted_on_blocks,
     guided_of,
@@ -44,13 +44,13 @@ from pneumorph.mechanics import (
     sweep_with_memory,
     whole_of,
 )
-from pneumorph.mechanics.assembly.enclosed import amounts
 from pneumorph.mesh import TetMesh
 from pneumorph.objective import Objective, build_objectives, measure_features
 from pneumorph.problem import Problem
 from pneumorph.problem.acting import Acting, acting
 from pneumorph.results import Fields
-from pneumorph.results.records import Cycle, SweepStep, Vector
+from pneumorph.results.records import Vector
+from pneumorph.results.sweeps import Cycle, SweepStep
 from pneumorph.sensitivity import by_moduli
 
 MOST_FRICTION = 10.0
@@ -273,7 +273,7 @@ class Simulation:
                 for each, own in ((here, answer.state), (there, state))
             )
         )
-        forces = _reaction(there, exerted_on_blocks(there, state), np.asarray(state.plate))
+        forces = reaction_of(there, exerted_on_blocks(there, state), np.asarray(state.plate))
         return replace(
             step,
             fine_translation=vector(moved.translation),
@@ -445,78 +445,3 @@ def _loads(problem: Problem, task: str, given: Mapping[str, float]) -> Acting:
     """The loads of a task, where more motions of the plate are held than by its own guide, or elsewhere."""
     own = acting(problem, next(each for each in problem.task if each.name == task))
     return replace(own, hold=own.hold.model_copy(update=dict(given)))
-
-
-def step_of(
-    task: str,
-    pressures: dict[str, float],
-    at: Configuration,
-    answer: Equilibrium | NoEquilibrium,
-    skin: Skin,
-    whole: Whole | None = None,
-) -> SweepStep:
-    """The record of an equilibrium, or of none.
-
-    Parameters
-    ----------
-    task : name of the task.
-    pressures : {chamber: MPa}
-    at : what was solved.
-    answer : the equilibrium, or why there is none.
-    skin : the surface of the whole body.
-    whole : the whole body, where part of it was solved and motions without its symmetry are to be looked at too.
-    """
-    filled = {} if at.enclosed is None else at.enclosed.liquids
-    if isinstance(answer, NoEquilibrium):
-        return SweepStep(
-            task,
-            pressures,
-            filled=filled,
-            converged=False,
-            reason=answer.reason,
-            buckled=answer.buckled,
-            limit=answer.limit,
-            holds=_holds(at),
-        )
-    motion = measure_features(at.model, at.X, answer.state, shift=np.asarray(at.loads.shift))
-    touched = contact_forces(settled(at, answer), answer.state)
-    translations, rotations = poses_of(at.model, motion)
-    return SweepStep(
-        task=task,
-        pressures={**pressures, **answer.enclosed},
-        translation=vector(motion.translation),
-        rotation=vector(motion.rotation),
-        reaction=_reaction(at, answer.reaction, answer.plate),
-        volumes=answer.volumes,
-        max_stretch=answer.max_stretch,
-        beyond_validity=at.model.beyond_validity(answer.stretches),
-        stable=answer.stable and (whole is None or whole.negative_pivots(at, answer.state) == 0),
-        region_stretches=by_region(answer.stretches),
-        contact={name: vector(force) for name, force in touched.on.items()},
-        contact_normal=touched.normal,
-        contact_area=touched.area,
-        pull=touched.pull,
-        self_contact=touched.own,
-        pose_translations=translations,
-        pose_rotations=rotations,
-        self_intersecting=skin.intersects_itself(at.X + answer.u),
-        buckled=answer.buckled,
-        holds=_holds(at),
-        gas=amounts(at.model, at.X, at.enclosed),
-        filled=filled,
-    )
-
-
-def _holds(at: Configuration) -> dict[str, float]:
-    """Where motions of the plate are held, if not where they are at rest."""
-    held = np.where(at.blocked, at.loads.held, 0.0)
-    return {name: float(value) for name, value in zip(COMPONENTS, held, strict=True) if value}
-
-
-def _reaction(at: Configuration, on_blocks: np.ndarray, plate: np.ndarray) -> dict[str, float]:
-    """Force (N) or torque (N·mm) that the actuator exerts on the blocks and springs at its plate, by component."""
-    spring = at.model.copies * np.asarray(at.loads.spring)
-    exerted = on_blocks + spring * plate
-    return {
-        name: float(exerted[index]) for index, name in enumerate(COMPONENTS) if at.blocked[index] or spring[index] > 0.0
-    }

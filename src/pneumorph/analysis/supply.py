@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 from pneumorph import units
 from pneumorph.analysis.airflow import GAS, Tube
 from pneumorph.analysis.explore import Explorer
-from pneumorph.analysis.simulate import step_of
+from pneumorph.analysis.steps import step_of
 from pneumorph.errors import ProblemError
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics import NoEquilibrium

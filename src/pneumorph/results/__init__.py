@@ -6,17 +6,15 @@ from pneumorph.results.objects import from_json, to_json
 from pneumorph.results.records import (
     Cause,
     ChamberUse,
-    Cycle,
     FineResult,
     HistoryEntry,
     Motion,
     MotionRates,
     RunResult,
     Scatter,
-    SweepStep,
     TaskResult,
-    TipStiffness,
 )
+from pneumorph.results.sweeps import Cycle, SweepStep, TipStiffness
 
 __all__ = [
     "Cause",

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin, get_type_h
 
 import numpy as np
 
-from pneumorph.results.records import FineResult, SweepStep, TaskResult
+from pneumorph.results.records import FineResult, TaskResult
+from pneumorph.results.sweeps import SweepStep
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -30,6 +31,7 @@ RARE = (
     "holds",
     "limit_MPa",
     "gas_mm3",
+    "filled_mm3",
     "pull_N",
     "on_fine_mesh",
     "fine_translation_mm",
@@ -67,7 +69,7 @@ def to_json(record: Any) -> dict[str, Any]:
             del content["reason"]
         else:
             known = {"task", "pressure_MPa", "move_mm", "turn_rad", "time_s", "converged", "reason"}
-            content |= dict.fromkeys(content.keys() - known - {"buckled_MPa", "limit_MPa"})
+            content |= dict.fromkeys(content.keys() - known - {"buckled_MPa", "limit_MPa", "filled_mm3"})
     return content
 
 
