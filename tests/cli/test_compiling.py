@@ -9,6 +9,9 @@ from shutil import copytree
 import pytest
 
 from pneumorph import numerics
+from pneumorph.cli.warm_up import small
+from pneumorph.geometry.starting import body_of
+from pneumorph.limits.of_shape import tube_limits
 
 SAID = "compiling (once)\n"
 
@@ -47,6 +50,13 @@ def test_what_designs_need_is_compiled_once_by_warming_up(tiny, tmp_path):
     assert run(*simulated).stderr.count(SAID) == 1
     assert SAID not in run(*simulated).stderr, "they are kept again"
     assert len(json.loads(steps.read_text())["steps"]) == 1
+
+
+def test_warming_up_looks_at_curvature_between_samples():
+    asked = small("quadratic")
+    body = body_of(asked)
+    rows = tube_limits(body, asked.limits).rows(body, 0.1, -0.5)
+    assert len(rows.places["curvature"].surface)
 
 
 def test_a_folder_that_cannot_be_made_is_none(tmp_path):
