@@ -43,7 +43,7 @@ class ProgramSettings:
     """Each program may move the step this fraction as far as the one before. Without it the limits on curvature, which
     linear rows underestimate, are exceeded again each time."""
 
-    accuracy: float = 5e-3
+    accuracy: float = 1e-3
     """Change of the raw step at which iterations end, as a part of how far a program may move it, and programs, as a
     part of the radius."""
 
