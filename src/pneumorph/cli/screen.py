@@ -101,7 +101,7 @@ class Screen:
                 # A sector that cannot be meshed is followed by the whole body.
                 self._note(
                     f"design {event.iteration}: remeshed with {event.elements} elements{part_note(event.part)}; "
-                    f"{event.reason}"
+                    f"with those before, {event.reason}"
                 )
             case Divided():
                 self.say(
