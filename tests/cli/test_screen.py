@@ -123,9 +123,9 @@ def test_what_is_remeshed_is_named():
     screen.show(Remeshed(4, "an element is nearly flat", 900, 0.1, ("sector 3",)))
     screen.show(Remeshed(5, "an element is nearly flat", 2700, 0.1, ()))
     assert console.file.getvalue() == (
-        "     design 4: remeshed with 900 elements, one of 3 equal sectors of the body; with those "
-        "before, an element is nearly flat\n"
-        "     design 5: remeshed with 2700 elements; with those before, an element is nearly flat\n"
+        "     design 4: remeshed with 900 elements, one of 3 equal sectors of the body; in the old "
+        "mesh, an element is nearly flat\n"
+        "     design 5: remeshed with 2700 elements; in the old mesh, an element is nearly flat\n"
     )
 
 

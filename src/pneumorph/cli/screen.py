@@ -101,7 +101,7 @@ class Screen:
                 # A sector that cannot be meshed is followed by the whole body.
                 self._note(
                     f"design {event.iteration}: remeshed with {event.elements} elements{part_note(event.part)}; "
-                    f"with those before, {event.reason}"
+                    f"in the old mesh, {event.reason}"
                 )
             case Divided():
                 self.say(

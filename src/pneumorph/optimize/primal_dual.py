@@ -4,10 +4,10 @@ min slope·Ψ + ½‖W Ψ‖² + ½ pull ‖z‖² over Ψ = S z with z in a box
 
 Steps z and multipliers move in turn (Chambolle & Pock 2011), each time beyond where they would go by themselves (Condat
 2013). An iteration costs a product with J, one with its transpose, and two with S. What makes it fast is that rows are
-divided by their lengths: those of walls and of stretch differ by a factor of a hundred. In first programs of
-steps from runs, 100 iterations leave 0.2 to 1 % of the gain, and 6 to 14 % where nearly all of a bellows is at its
-limits. Methods with a factorisation of M + JᵀDJ, such as interior points, would have to do with two or three of
-them: one takes as long as 130 iterations with 7,000 variables, and as 230 with 28,000.
+divided by their lengths: those of walls and of stretch differ by a factor of a hundred. In the first programs of steps
+from runs, 100 iterations leave 0.2 to 1 % of the gain, and 6 to 14 % where nearly all of a bellows is at its limits.
+Methods with a factorisation of M + JᵀDJ, such as interior points, would have to do with two or three of them: one takes
+as long as 130 iterations with 7,000 variables, and as 230 with 28,000.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def improved(
     program : Program
     begin : Pair
     width : float
-        How far steps may go in it: the less that is, the faster multipliers change with what is exceeded.
+        How far the program may move a step: the less that is, the faster multipliers change with what is exceeded.
     iterations : int
         Most iterations.
     accuracy : float

@@ -53,7 +53,7 @@ def pushed(
     count, limited = len(rows), np.concatenate([rows, squares])
     mean = np.maximum(np.abs(limited).mean(axis=1), 1e-12)
     scaled, beyond = limited / mean[:, None], np.append(excess, np.zeros(len(squares))) / mean
-    # ½ (row z)² is a row with both signs that gives way by as much as it is.
+    # ½ (row·z)² is what a limit row·z ≤ 0 costs that gives way with w = 1, for both signs.
     stiffness = np.append(give * mean[:count], mean[count:] ** 2)
 
     def at(multiplier: np.ndarray) -> np.ndarray:

@@ -98,7 +98,8 @@ class SequentialQuadratic:
         factors, squares = turned @ proxy.factors, turned @ squares
 
         def begun(slope: np.ndarray) -> tuple[Proxy, Pushed, np.ndarray]:
-            """The proxy over the mean of a slope (n,), its best step but for the shape, and the slope states leave."""
+            """The proxy over the mean of a slope (n,), the best step without limits on the shape, and the slope
+            that limits on states leave."""
             unit = max(float(np.abs(slope).mean()), 1e-300)
             scaled = Proxy(proxy.slope / unit, factors / np.sqrt(unit))
             downhill, curved = self.smooth.transpose(scaled.slope), squares / np.sqrt(unit)
