@@ -30,11 +30,43 @@ def test_a_bad_file(run, tiny, change, words):
 
 
 @pytest.mark.parametrize(
-    "arguments", [(), ("--iterations", "0"), ("--iterations", "many"), ("--resume", "--frobnicate")]
+    ("arguments", "words"),
+    [
+        (("design",), "design: missing argument PROBLEM; see pneumorph design --help"),
+        (("design", "a.toml", "--iterations", "0"), "design: --iterations: "),
+        (("design", "a.toml", "--iterations", "many"), "design: --iterations: "),
+        (("design", "a.toml", "--resume", "--frobnicate"), "design: there is no option --frobnicate; see pneumorph "),
+        (("design", "a.toml", "--itertions", "3"), "design: there is no option --itertions; the nearest is --iterations"),
+        (("design", "a.toml", "-z"), "design: there is no option -z; see pneumorph design --help"),
+        (("desing", "a.toml"), "no such command desing, did you mean design; see pneumorph --help"),
+        (("material", "fit", "--strss", "x"), "material fit: there is no option --strss; the nearest is --stress"),
+        (("--verison",), "there is no option --verison; the nearest is --version"),
+    ],
 )
-def test_usage(run, tiny, arguments):
-    files = (tiny,) if arguments else ()
-    assert run("design", *files, *arguments).exit_code == 2
+def test_usage(run, arguments, words):
+    result = run(*arguments)
+    assert result.exit_code == 2 and result.stderr.startswith(f"pneumorph: {words}")
+    assert result.stderr.count("\n") == 1 and not result.stdout
+
+
+@pytest.mark.parametrize("arguments", [(), ("material",)])
+def test_without_a_command_the_help_is_shown(run, arguments):
+    assert "Commands:" in run(*arguments).output
+
+
+def test_what_is_no_picture_is_told_with_those_that_are(run, tiny, tmp_path):
+    of_file = run("draw", tiny, "everything")
+    assert of_file.exit_code == 2 and of_file.stderr == (
+        f'pneumorph: {tiny}: of a problem file, body or inflation can be drawn, not "everything"; of its run also '
+        "history, profile, shape, pressures, evolution, or all\n"
+    )
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "problem.toml").write_text(tiny.read_text(encoding="utf-8"))
+    of_run = run("draw", tmp_path / "run", "final")
+    assert of_run.exit_code == 2 and of_run.stderr == (
+        'pneumorph: "final" is not a picture; draw one of body, history, profile, shape, pressures, evolution, '
+        "inflation, or all\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -68,6 +100,18 @@ def test_a_run_is_not_written_over(run, tiny, tmp_path):
     (tmp_path / "run" / "notes.txt").write_text("mine")
     result = run("design", tiny, "--out", tmp_path / "run")
     assert result.exit_code == 2 and "--resume" in result.stderr
+
+
+def test_without_a_run_none_is_resumed(run, tiny, tmp_path):
+    none = tmp_path / "none"
+    for arguments, words in (
+        ((none,), f"{none}: there is no run to resume; give the directory of a run, or start one with: "),
+        ((tmp_path,), f"{tmp_path}: there is no run to resume"),
+        ((tiny, "--out", none), f"--resume: there is no run in {none}; leave --resume out to start one"),
+    ):
+        result = run("design", *arguments, "--resume")
+        assert result.exit_code == 2 and result.stderr.startswith(f"pneumorph: {words}")
+        assert result.stderr.count("\n") == 1 and not none.exists()
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import typer
 import pneumorph as package
 from pneumorph.cli import commands
 from pneumorph.cli.help import WholeSentences
+from pneumorph.cli.usage import UsageError, in_words, shows_help
 from pneumorph.errors import ComputationError, Hopeless, ProblemError, Renamed
 from pneumorph.interrupts import Interrupted
 
@@ -20,11 +21,19 @@ MOST_FAULTS = 10
 class Commands(WholeSentences):
     """The commands; the package's own errors end in one line and an exit status instead of a traceback."""
 
+    def make_context(self, *given: Any, **options: Any) -> Any:
+        try:
+            return super().make_context(*given, **options)
+        except UsageError as error:
+            raise _misused(error) from None
+
     def invoke(self, ctx: Any) -> Any:
         warnings.simplefilter("always", Renamed)
         warnings.showwarning = _warn
         try:
             return super().invoke(ctx)
+        except UsageError as error:
+            raise _misused(error) from None
         except ProblemError as error:
             for fault in error.faults[:MOST_FAULTS]:
                 _report(fault)
@@ -39,6 +48,14 @@ class Commands(WholeSentences):
             with contextlib.suppress(OSError):
                 _report(stop)
             raise typer.Exit(stop.status) from None
+
+
+def _misused(error: Any) -> Exception:
+    """What ends the command after a mistake in its arguments; a group without any shows its help."""
+    if shows_help(error):
+        return error
+    _report(in_words(error))
+    return typer.Exit(2)
 
 
 def _warn(message: Warning | str, category: type[Warning], *rest: Any) -> None:

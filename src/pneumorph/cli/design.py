@@ -68,14 +68,25 @@ def design(
     if quiet:
         compiling.announce(None)
         doing.announce(None)
-    if resume and (problem / "problem.toml").exists():
+    if resume and (problem.is_dir() or not problem.suffix):
+        if not (problem / "problem.toml").exists():
+            raise ProblemError(
+                f"{problem}: there is no run to resume; give the directory of a run, or start one with: "
+                f"pneumorph design PROBLEM.toml --out {quote(str(problem))}"
+            )
         if out is not None and out.resolve() != problem.resolve():
             raise ProblemError(f"--out: is another folder than {problem}, in which that run goes on; leave it out")
         problem, out = problem / "problem.toml", problem
     asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})
-    run = prepare_run(asked, out or Path("runs") / problem.stem, resume, begin=begin)
+    where = out or Path("runs") / problem.stem
+    if resume and not (where / "problem.toml").exists():
+        raise ProblemError(
+            f"--resume: there is no run in {where}; leave --resume out to start one, or name the directory of the run "
+            "by --out"
+        )
+    run = prepare_run(asked, where, resume, begin=begin)
     again = "" if iterations is None else f" --iterations {iterations}"
     command = f"pneumorph design {quote(str(problem))} --out {quote(str(run.path))}{again} --resume"
     console = Console()

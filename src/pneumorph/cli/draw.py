@@ -8,6 +8,7 @@ from typing import cast
 from pneumorph.cli.source import design_of
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError
+from pneumorph.interface.pictures import TAKES
 from pneumorph.interface.runs import Run, open_run
 from pneumorph.output.cuts import Cut
 from pneumorph.output.pictures import picture_names, run_pictures
@@ -45,7 +46,11 @@ def draw(
     if not source.is_dir():
         start = design_of(source, design, asking(trust))
         if picture not in ("body", "inflation"):
-            raise ProblemError(f'draw: "{picture}" cannot be drawn of a problem file; draw body or inflation')
+            others = ", ".join(each for each in TAKES if each not in ("body", "inflation"))
+            raise ProblemError(
+                f'{source}: of a problem file, body or inflation can be drawn, not "{picture}"; of its run also '
+                f"{others}, or all"
+            )
         suffix = format or ("png" if picture == "body" else "gif")
         path = source.with_name(f"{source.stem}_{picture}.{suffix}") if out is None else out
         if picture == "body":
@@ -55,6 +60,9 @@ def draw(
         print(f"written to {path}")
         return
     run = open_run(source, asking(trust))
+    if picture not in (*TAKES, "all"):
+        any_design = "" if run.latest is None else f"; --design 0 to {run.latest} is the design of a body or inflation"
+        raise ProblemError(f'"{picture}" is not a picture; draw one of {", ".join(TAKES)}, or all{any_design}')
     if picture != "all":
         print(f"written to {run.draw(picture, out, design, cast(Cut | None, cut), at, task, format)}")
         return

@@ -803,7 +803,10 @@ class Design:
             return
         if chosen not in FORMATS:
             known = ", ".join((*FORMATS, CHAIN))
-            raise ProblemError(f'format: "{chosen}" is not a known format; use one of {known}')
+            raise ProblemError(
+                f'format: "{chosen}" is not a known format; use one of {known}; STL, 3MF and STEP of a run, for printing '
+                "and CAD, are written by: pneumorph make"
+            )
         name = self._task(task)
         # Those of chambers that are filled or sealed are found.
         pressures = self.results[name].pressures if self.has_found_pressures(name) else self.pressures[name]
