@@ -33,7 +33,7 @@ from pneumorph.output.format import format_pressures, part_note, warnings_of
 from pneumorph.problem import Problem, Reinforcement, load, reinforcements, with_fewer_chambers
 from pneumorph.problem.acting import words_of_gravity, words_of_own, words_of_plate
 from pneumorph.problem.columns import adjusted_columns
-from pneumorph.problem.doubts import doubts
+from pneumorph.problem.doubts import doubts, unmoved
 from pneumorph.problem.materials import materials
 from pneumorph.problem.reinforcement import data_of
 from pneumorph.problem.sources import told
@@ -129,6 +129,7 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
         limits = "1 limit is" if violated == 1 else f"{violated} limits are"
         say(f"{limits} violated by this body; a design run begins by bringing it within them.", "red")
     doubtful = [name for name, each in results.items() if each.self_intersecting or not each.stable]
+    doubtful += unmoved(asked)
     sound = "The problem is sound" if not doubtful else f"The start of task {doubtful[0]} is doubtful, see the warning,"
     if quick:
         say(f"{sound.rstrip(',')}; its gradient was not tested.")
