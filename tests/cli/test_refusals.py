@@ -36,7 +36,10 @@ def test_a_bad_file(run, tiny, change, words):
         (("design", "a.toml", "--iterations", "0"), "design: --iterations: "),
         (("design", "a.toml", "--iterations", "many"), "design: --iterations: "),
         (("design", "a.toml", "--resume", "--frobnicate"), "design: there is no option --frobnicate; see pneumorph "),
-        (("design", "a.toml", "--itertions", "3"), "design: there is no option --itertions; the nearest is --iterations"),
+        (
+            ("design", "a.toml", "--itertions", "3"),
+            "design: there is no option --itertions; the nearest is --iterations",
+        ),
         (("design", "a.toml", "-z"), "design: there is no option -z; see pneumorph design --help"),
         (("desing", "a.toml"), "no such command desing, did you mean design; see pneumorph --help"),
         (("material", "fit", "--strss", "x"), "material fit: there is no option --strss; the nearest is --stress"),

@@ -73,7 +73,11 @@ def test_exports(start, tmp_path):
     start.export(tmp_path / "named.dat", format="vtu")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["body.dat", "deep", "named.dat"]
     for path, format, words in (
-        (tmp_path / "body.stl", None, '"stl" is not a known format; use one of vtu, inp, msh, feb, py, xml; STL, 3MF and STEP of a run'),
+        (
+            tmp_path / "body.stl",
+            None,
+            '"stl" is not a known format; use one of vtu, inp, msh, feb, py, xml; STL, 3MF and STEP of a run',
+        ),
         (tmp_path, "inp", "cannot be written"),
     ):
         with pytest.raises(ProblemError, match=words):

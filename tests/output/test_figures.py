@@ -15,7 +15,7 @@ from runs import waved
 from tiny import tiny
 
 from pneumorph.geometry.tube.start import starting_body
-from pneumorph.output.figures import COLOURS, COLUMN, DOTS, PAGE, PLOTS, save
+from pneumorph.output.figures import COLOURS, COLUMN, DOTS, PAGE, PLOTS, line_style, save
 from pneumorph.output.history import OVER, draw_limits, history_figure
 from pneumorph.output.pressures import pressures_figure
 from pneumorph.output.shape import shape_figure
@@ -249,3 +249,31 @@ def test_colours_differ_with_every_kind_of_colour_vision(seen):
 
 def test_a_page_holds_two_columns():
     assert 2 * COLUMN < PAGE < 2 * COLUMN + 0.25
+
+
+def test_a_motion_that_is_held_has_a_curve_and_a_line(tmp_path):
+    held = tiny(objective='{ kind = "minimize", of = "mass" }').replace(
+        "[mesh]", '[limits]\nat_least = { bending_y = "-2 deg" }\n[mesh]'
+    )
+    turned = [np.radians([0.0, -1.0 - k, 0.0]) for k in range(5)]
+    finer = {"extend": FineResult(3.0, {}, (0.0, 0.0, 0.0), (0.0, np.radians(-1.2), 0.0), {})}
+    lines = [
+        replace(line, tasks={"extend": task_result(rotation=tuple(turned[k]))}, finer={} if k else finer)
+        for k, line in enumerate(story(5))
+    ]
+    figure = history_figure(loads(held), lines)
+    words = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert words == ["mass of the rubber (g)", "bending about y (-2° or farther)", "error of the mesh", "least motion"]
+    (degrees,) = [axes for axes in figure.axes if axes.get_ylabel() == "degrees"]
+    curve, stroke, least = degrees.get_lines()
+    np.testing.assert_allclose(curve.get_ydata(), [-1.0, -2.0, -3.0, -4.0, -5.0])
+    np.testing.assert_allclose(stroke.get_ydata(), [-1.0, -1.2])
+    np.testing.assert_allclose(least.get_ydata(), -2.0)
+    assert_nothing_is_cut_off(figure)
+
+
+def test_no_two_of_many_lines_look_alike():
+    styles = [line_style(number, 20) for number in range(20)]
+    assert len({(style["color"], style["marker"]) for style in styles}) == 20
+    assert all(style["linestyle"] == "-" for style in styles[:7])
+    assert all(style["linestyle"] != "-" and style["markerfacecolor"] == "white" for style in styles[7:])

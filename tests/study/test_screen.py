@@ -4,13 +4,14 @@ import contextlib
 import csv
 
 import pytest
+from records import entry, task_result
 from runs import analysed, line, waving_run
 from tiny import tiny
 
 from pneumorph.cli import study as module
 from pneumorph.study import load_study, write_summary
 from pneumorph.study.members import MemberEnd
-from pneumorph.study.summary import summary
+from pneumorph.study.summary import motions, summary
 
 FREE = '{ A = { start = "20 kPa", min = "0 kPa", max = "60 kPa" } }'
 
@@ -81,3 +82,14 @@ def test_the_summary_has_designed_pressures_and_stretch(study, tmp_path):
     assert float(first["extend pressure A (kPa)"]) == pytest.approx(1e3 * last.pressures["A"])
     assert float(first["extend stretch"]) == pytest.approx(last.max_stretch)
     assert second["extend stretch"] == ""
+
+
+def test_motions_that_are_held_are_columns_beside_what_is_minimised(study, no_cluster, tmp_path, run):
+    held = tiny(pressure=FREE, objective='{ kind = "minimize", of = "pressure" }')
+    (tmp_path / "base.toml").write_text(held.replace("[mesh]", '[limits]\nat_least = { extension = "1 mm" }\n[mesh]'))
+    result = run("study", study, "--out", tmp_path / "out")
+    first = result.stdout.splitlines()[0]
+    assert first.startswith("axial-0-N-mm: design 1, ") and ", extension 2.00 mm (at least 1 mm), limits" in first
+    problem = load_study(study).members[0].problem
+    own = {"extend": task_result(translation=(0.0, 0.0, 1.5), objective=40.0)}
+    assert motions(problem, entry(1, tasks=own)) == {"extend pressure (kPa)": 40.0, "extend extension (mm)": 1.5}

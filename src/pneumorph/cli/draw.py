@@ -61,7 +61,7 @@ def draw(
         return
     run = open_run(source, asking(trust))
     if picture not in (*TAKES, "all"):
-        any_design = "" if run.latest is None else f"; --design 0 to {run.latest} is the design of a body or inflation"
+        any_design = "" if run.latest is None else f"; designs are 0 to {run.latest}"
         raise ProblemError(f'"{picture}" is not a picture; draw one of {", ".join(TAKES)}, or all{any_design}')
     if picture != "all":
         print(f"written to {run.draw(picture, out, design, cast(Cut | None, cut), at, task, format)}")

@@ -15,6 +15,7 @@ from pneumorph import compiling, doing
 from pneumorph.cli.trust import asking
 from pneumorph.errors import ComputationError, ProblemError, printable, writing
 from pneumorph.interrupts import Interrupted, deferred
+from pneumorph.limits.kinds.states import beside
 from pneumorph.output.render import NoPicture
 from pneumorph.output.study_page import write_study_page
 from pneumorph.results import HistoryEntry
@@ -162,7 +163,9 @@ class Board:
 
     def _motions(self, name: str, entry: HistoryEntry) -> str:
         (member,) = (member for member in self._study.members if member.name == name)
-        return ", ".join(str(task.objective.achieved(entry.tasks[task.name])) for task in member.problem.task)
+        problem = member.problem
+        results = ((task, entry.tasks[task.name]) for task in problem.task)
+        return ", ".join(f"{task.objective.achieved(one)}{beside(problem, task, one)}" for task, one in results)
 
     def __rich__(self) -> Table:
         """A column for each motion, with its unit in the heading."""

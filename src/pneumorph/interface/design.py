@@ -804,8 +804,8 @@ class Design:
         if chosen not in FORMATS:
             known = ", ".join((*FORMATS, CHAIN))
             raise ProblemError(
-                f'format: "{chosen}" is not a known format; use one of {known}; STL, 3MF and STEP of a run, for printing '
-                "and CAD, are written by: pneumorph make"
+                f'format: "{chosen}" is not a known format; use one of {known}; STL, 3MF and STEP of a run, for '
+                "printing and CAD, are written by: pneumorph make"
             )
         name = self._task(task)
         # Those of chambers that are filled or sealed are found.

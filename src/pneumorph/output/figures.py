@@ -68,14 +68,21 @@ def plain(axes: Axes) -> None:
 
 
 def line_style(number: int, count: int) -> dict[str, Any]:
-    """Style of one of several lines: earlier ones are wider, so that lines that coincide are all seen."""
+    """Style of one of several lines: earlier ones are wider, so that lines that coincide are all seen.
+
+    Where there are more lines than colours, colours come again with other markers, hollow ones on broken lines.
+    """
+    again, first = divmod(number, len(COLOURS))
+    colour = COLOURS[first]
     return {
-        "color": COLOURS[number % len(COLOURS)],
+        "color": colour,
         "linewidth": 1.0 + 0.3 * min(count - 1 - number, 6),
-        "marker": MARKERS[number % len(MARKERS)],
+        "linestyle": ("-", (0, (4, 1.5)), (0, (1, 1)))[min(again, 2)],
+        "marker": MARKERS[(first + 3 * again) % len(MARKERS)],
         "markersize": 4.2,
-        "markeredgewidth": 0.4,
-        "markeredgecolor": "white",
+        "markerfacecolor": "white" if again else colour,
+        "markeredgewidth": 0.9 if again else 0.4,
+        "markeredgecolor": colour if again else "white",
         "zorder": 2.0 + number / 100,
     }
 

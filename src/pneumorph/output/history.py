@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from pneumorph.limits.kinds.states import least_motions
 from pneumorph.limits.table import in_history
 from pneumorph.output.figures import COLUMN, SMALL, TEXT, Figure, every, line_style, plain
 from pneumorph.problem import Problem, Task
-from pneumorph.problem.objectives.words import Amount
+from pneumorph.problem.objectives.words import Amount, Result
 from pneumorph.results import HistoryEntry
 
 PHASES = {
@@ -51,13 +53,13 @@ def _designs(history: History) -> np.ndarray:
 
 
 def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
-    """Draw one curve per task, with an axis for each unit, the first on the left.
+    """Draw one curve per task, and one per motion that it must have at least, with an axis for each unit, the first on
+    the left.
 
     Where they are known, values on infinitely fine meshes are the other ends of strokes from the curves.
     """
-    shown = {task.name: [task.objective.achieved(entry.tasks[task.name]) for entry in history] for task in problem.task}
-    tasks, errors = {task.name: task for task in problem.task}, list[Line2D]()
-    units = list(dict.fromkeys(motions[0].unit for motions in shown.values()))
+    curves, errors = _curves(problem, history), list[Line2D]()
+    units = list(dict.fromkeys(curve.amounts[0].unit for curve in curves))
     scales: dict[str, Axes] = {}
     for number, unit in enumerate(units):
         scales[unit] = axes if number == 0 else axes.twinx()
@@ -67,25 +69,24 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
             scales[unit].spines[["top", "left"]].set_visible(False)
             scales[unit].spines["right"].set_position(("outward", 34 * (number - 1)))
     handles, targets = [], []
-    for number, (name, motions) in enumerate(shown.items()):
-        word, unit = motions[0].word, motions[0].unit
-        label = f"{name}: {word}" if len(shown) > 1 else word
-        label += f" ({unit})" if len(units) > 1 and unit else ""
-        values = [motion.value for motion in motions]
-        style = line_style(number, len(shown))
-        at = every(number, len(shown), len(history))
+    for number, curve in enumerate(curves):
+        word, unit = curve.amounts[0].word, curve.amounts[0].unit
+        label = f"{curve.task.name}: {word}" if len(problem.task) > 1 else word
+        told = curve.asked or (unit if len(units) > 1 else "")
+        label += f" ({told})" if told else ""
+        values = [amount.value for amount in curve.amounts]
+        style = line_style(number, len(curves))
+        at = every(number, len(curves), len(history))
         handles += scales[unit].plot(_designs(history), values, label=label, markevery=at, **style)
-        known = [(entry, entry.finer[name]) for entry in history if name in entry.finer]
-        for entry, finer in known:
-            ends = [tasks[name].objective.achieved(each).value for each in (entry.tasks[name], finer)]
-            errors = scales[unit].plot([entry.iteration] * 2, ends, color=style["color"], **TO_FINE)
-        if motions[-1].target is not None:
+        for iteration, ends in curve.to_fine:
+            errors = scales[unit].plot([iteration] * 2, ends, color=style["color"], **TO_FINE)
+        if curve.amounts[-1].target is not None:
             # Of the colour of its curve; the first says what such lines are.
             dotted = {"color": style["color"], "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
-            targets.append(scales[unit].axhline(motions[-1].target, **dotted))
+            targets.append(scales[unit].axhline(curve.amounts[-1].target, **dotted))
     for unit, scale in scales.items():
         # Errors are compared with zero.
-        if all(_is_error(task, shown[task.name][0]) for task in problem.task if shown[task.name][0].unit == unit):
+        if all(curve.is_error for curve in curves if curve.amounts[0].unit == unit):
             scale.set_ylim(bottom=0.0)
     remeshed = [entry.iteration for entry in history if entry.remeshed]
     if remeshed:
@@ -96,22 +97,58 @@ def draw_motions(axes: Axes, problem: Problem, history: History) -> None:
         errors[0].set_label("error of the mesh")
         handles += errors
     if targets:
-        targets[0].set_label("target")
+        bounded = [bool(curve.asked) for curve in curves if curve.amounts[-1].target is not None]
+        targets[0].set_label("least motion" if all(bounded) else "target, least motion" if any(bounded) else "target")
         handles.append(targets[0])
-    axes.set_title(_heading(problem, history[-1]), fontsize=TEXT)
-    _legend(axes, handles, 1 if len(shown) > 1 else 2)
+    axes.set_title(_heading(curves), fontsize=TEXT)
+    _legend(axes, handles, 1 if len(curves) > 1 else 2)
 
 
-def _is_error(task: Task, shown: Amount) -> bool:
-    """Whether a task's curve is its distance from the target, and not a value beside its target."""
-    return task.objective.curve == "error" and shown.target is None
+@dataclass(frozen=True)
+class _Curve:
+    """What a task achieves in every design, or a motion that it must have at least, with what is asked in words.
+
+    And at some designs the value there and on an infinitely fine mesh.
+    """
+
+    task: Task
+    amounts: list[Amount]
+    to_fine: list[tuple[int, list[float]]]
+    asked: str = ""
+
+    @property
+    def is_error(self) -> bool:
+        """Whether it is the task's distance from the target, and not a value beside its target."""
+        return self.task.objective.curve == "error" and self.amounts[0].target is None
 
 
-def _heading(problem: Problem, last: HistoryEntry) -> str:
-    """The title of the panel: what the curves of all tasks show."""
-    shown = [(task, task.objective.achieved(last.tasks[task.name])) for task in problem.task]
-    plainly = {task.name for task, one in shown if task.objective.curve != "error" or _is_error(task, one)}
-    words = {task.objective.curve if task.name in plainly else one.word for task, one in shown}
+def _curves(problem: Problem, history: History) -> list[_Curve]:
+    """Those of every task: what it achieves, then the motions that it must have at least."""
+    return [curve for task in problem.task for curve in _of_task(problem, task, history)]
+
+
+def _of_task(problem: Problem, task: Task, history: History) -> Iterator[_Curve]:
+    def shown(result: Result) -> list[tuple[Amount, str]]:
+        return [(task.objective.achieved(result), ""), *least_motions(problem, task, result)]
+
+    designs = [shown(entry.tasks[task.name]) for entry in history]
+    finer = {entry.iteration: shown(entry.finer[task.name]) for entry in history if task.name in entry.finer}
+    for number, (_, asked) in enumerate(designs[0]):
+        amounts = [design[number][0] for design in designs]
+        values = {entry.iteration: amount.value for entry, amount in zip(history, amounts, strict=True)}
+        to_fine = [(iteration, [values[iteration], fine[number][0].value]) for iteration, fine in finer.items()]
+        yield _Curve(task, amounts, to_fine, asked)
+
+
+def _heading(curves: Sequence[_Curve]) -> str:
+    """The title of the panel: what all curves show."""
+    if any(curve.asked for curve in curves):
+        return "results of the tasks"
+    plainly = (curve.task.objective.curve != "error" or curve.is_error for curve in curves)
+    words = {
+        curve.task.objective.curve if plain else curve.amounts[-1].word
+        for curve, plain in zip(curves, plainly, strict=True)
+    }
     return words.pop() if len(words) == 1 else "results of the tasks"
 
 

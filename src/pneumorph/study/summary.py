@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph import atomic, units
+from pneumorph.limits.kinds.states import least_motions
 from pneumorph.limits.table import BY_NAME
 from pneumorph.output.sheet import Tile, draw_sheet
-from pneumorph.problem import Problem
+from pneumorph.problem import Problem, Task
 from pneumorph.results import HistoryEntry
 from pneumorph.run import open_run
 from pneumorph.study.file import Member, Study
@@ -64,9 +65,8 @@ def _row(member: Member, directory: Path) -> dict[str, Any]:
         "reason": None if result is None else result.reason,
         "designs": last.iteration,
     }
-    achieved = motions(member.problem, last)
-    for task, (heading, value) in zip(member.problem.task, achieved.items(), strict=True):
-        row[heading] = value
+    for task in member.problem.task:
+        row |= task_motions(member.problem, task, last)
         for name, pressure in task.pressure.items():
             if pressure.free:
                 row[f"{task.name} pressure {name} (kPa)"] = round(1e3 * last.tasks[task.name].pressures[name], 4)
@@ -85,12 +85,17 @@ def _row(member: Member, directory: Path) -> dict[str, Any]:
 
 def motions(problem: Problem, entry: HistoryEntry) -> dict[str, float]:
     """What a design achieves in each task, by headings with units, such as "extend extension (mm)"."""
-    found = {}
-    for task in problem.task:
-        motion = task.objective.achieved(entry.tasks[task.name])
-        unit = "deg" if motion.unit == "°" else motion.unit
-        heading = f"{task.name} {motion.word}" + (f" ({unit})" if unit else "")
-        found[heading] = round(motion.value, 4) if unit else float(f"{motion.value:.6g}")
+    return {heading: value for task in problem.task for heading, value in task_motions(problem, task, entry).items()}
+
+
+def task_motions(problem: Problem, task: Task, entry: HistoryEntry) -> dict[str, float]:
+    """The same of one task: what it achieves, and the motions that it must have at least."""
+    found, result = {}, entry.tasks[task.name]
+    least = (amount for amount, _ in least_motions(problem, task, result))
+    for amount in (task.objective.achieved(result), *least):
+        unit = "deg" if amount.unit == "°" else amount.unit
+        heading = f"{task.name} {amount.word}" + (f" ({unit})" if unit else "")
+        found[heading] = round(amount.value, 4) if unit else float(f"{amount.value:.6g}")
     return found
 
 

@@ -161,14 +161,17 @@ def is_least(limit: Limit) -> bool:
 
 
 def least_motions(problem: Problem, task: Task, result: Result) -> list[tuple[Amount, str]]:
-    """Motions that a task must have at least, and is not judged by anyway: each as it is, and what it must be."""
-    own = task.objective.achieved(result).word
-    found = [
-        (motion_amount(name, 1.0, result), replace(limit, told=direction(name, problem, task)).asked(bound))
-        for name, limit in LEAST.items()
-        if (bound := bound_of(limit, problem, task)) is not None
-    ]
-    return [(amount, asked) for amount, asked in found if amount.word != own]
+    """Motions that a task must have at least, and is not judged by anyway: each as it is, and what it must be.
+
+    The targets of the amounts are these least motions.
+    """
+    own, found = task.objective.achieved(result).word, []
+    for name, limit in LEAST.items():
+        amount, bound = motion_amount(name, 1.0, result), bound_of(limit, problem, task)
+        if bound is not None and amount.word != own:
+            told = replace(limit, told=direction(name, problem, task))
+            found.append((amount._replace(target=told.told * bound), told.asked(bound)))
+    return found
 
 
 def beside(problem: Problem, task: Task, result: Result) -> str:
