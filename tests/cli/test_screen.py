@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -70,6 +71,30 @@ def test_rows_beyond_a_limit_are_marked_without_colour():
     narrow = columns_of(PROBLEM, 40, False)
     assert "wall 1.85 mm!" in row(PROBLEM, narrow, entry(7, limits=BROKEN)).plain
     assert "–!" in row(PROBLEM, columns, entry(7, limits=KEPT | {"skew": None})).plain
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ({"envelope_mm": 8.99}, "envelope 8.99 mm "),
+        ({"envelope_mm": 8.99, "wall_mm": 2.0}, "wall 2.00 mm "),
+        ({"margin": 1.16}, "margin 1.160 "),
+        ({}, "envelope 8.00 mm "),
+    ],
+)
+def test_where_there_is_no_room_the_limit_of_which_most_is_used_is_named(limits, said):
+    narrow = columns_of(PROBLEM, 60, False)
+    shown = row(PROBLEM, narrow, entry(7, limits=KEPT | limits)).plain
+    assert said in shown
+
+
+def test_a_margin_up_to_which_the_path_was_followed_without_a_limit_point_is_told_as_such():
+    limits = KEPT | {"margin": 1.25 * 1.15}
+    columns = columns_of(PROBLEM, 140, False)
+    assert "≥ 1.44 " in row(PROBLEM, columns, entry(7, limits=limits)).plain
+    assert "1.400 " in row(PROBLEM, columns, entry(7, limits=KEPT)).plain
+    (margin,) = [(limit, limits["margin"], bound) for limit, key, bound in in_history(PROBLEM) if key == "margin"]
+    assert re.search("margin +at least 1.44 +≥ 1.15 +all tasks", printed(limits_table((), [margin])))
 
 
 @pytest.mark.parametrize(("fine", "shown"), [(0.107, "±7.0 %"), (0.3, "> 100 %")])

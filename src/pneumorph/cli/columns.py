@@ -11,6 +11,7 @@ from pneumorph.analysis import recorded_share
 from pneumorph.limits.kinds.states import is_least
 from pneumorph.limits.limit import Limit
 from pneumorph.limits.table import in_history
+from pneumorph.optimize.states import is_least_known
 from pneumorph.problem import Problem, Task
 from pneumorph.results import HistoryEntry
 
@@ -113,6 +114,8 @@ def _shown(limit: Limit, value: float | None, bound: float, unit: str = "") -> T
     """A limit's worst value: red and marked beyond its bound."""
     digits = 2 if limit.unit == "mm" else 3
     number = "–" if value is None else f"{limit.told * value:.{digits}f}{unit}"
+    if value is not None and is_least_known(limit, value, bound):
+        number = f"≥ {value:.3g}"
     if _is_beyond(limit, value, bound):
         return Text(number + MARK, style="red")
     assert value is not None

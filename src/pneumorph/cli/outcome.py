@@ -18,6 +18,7 @@ from pneumorph.limits.limit import Limit
 from pneumorph.limits.report import LimitReading, without_rounding
 from pneumorph.limits.table import BY_NAME, OF_SHAPE, in_history
 from pneumorph.mechanics import rubbers_of
+from pneumorph.optimize.states import in_words
 from pneumorph.output.certainty import certainty, of_rubber, of_the_asked, of_the_mesh
 from pneumorph.output.chambers import of_chambers
 from pneumorph.output.format import (
@@ -138,7 +139,7 @@ def limits_table(
         table.add_row(limit.word, worst, bound, reading.surface, *place)
     for limit, value, bound in of_states:
         kept = value is not None and limit.satisfied(value, bound)
-        shown = "–" if value is None else f"{limit.told * without_rounding(value):.3g}{limit.suffix}"
+        shown = "–" if value is None else in_words(limit, value, bound)
         worst = Text(shown if kept else f"{shown} {MARK}", style="" if kept else "red")
         # A motion the other way is as far as asked, or farther.
         at_least = limit.at_least == (limit.told > 0.0)

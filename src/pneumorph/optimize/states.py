@@ -38,9 +38,11 @@ from pneumorph.limits.kinds.states import (
     of_tasks,
 )
 from pneumorph.limits.limit import ROUNDING, Limit
+from pneumorph.limits.report import without_rounding
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
 from pneumorph.optimize.within import Kept
 from pneumorph.problem import Problem
+from pneumorph.sensitivity import BEYOND
 
 
 @dataclass(frozen=True)
@@ -257,6 +259,20 @@ def linear_states(
     value, slope = lateral_rows(space, disc, analysis, lateral)
     both = np.concatenate([states.value, value]), np.concatenate([states.jacobian, slope])
     return replace(states, value=both[0], jacobian=both[1])
+
+
+def is_least_known(limit: Limit, value: float, bound: float) -> bool:
+    """Whether a limit's worst value is only known to be this or more: a path was followed so far without a limit point.
+
+    That is so of margins alone.
+    """
+    return limit == MARGIN and value >= BEYOND * bound * (1.0 - ROUNDING)
+
+
+def in_words(limit: Limit, value: float, bound: float) -> str:
+    """The worst value of a limit on states, with its unit."""
+    number = f"{limit.told * without_rounding(value):.3g}{limit.suffix}"
+    return f"at least {number}" if is_least_known(limit, value, bound) else number
 
 
 def worst_state(problem: Problem, disc: Discretisation, analysis: Analysis) -> tuple[float, str]:
