@@ -143,6 +143,20 @@ def test_a_quick_check_tests_no_gradient(run, tiny, monkeypatch):
     assert result.output.endswith("The problem is sound; its gradient was not tested.\n")
 
 
+def test_a_quiet_check_says_what_is_wrong_and_the_verdict(run, tiny):
+    result = run("check", tiny, "--quick", "--quiet")
+    assert result.exit_code == 0 and result.stdout == "The problem is sound; its gradient was not tested.\n"
+    tiny.write_text(tiny.read_text(encoding="utf-8").replace('{ A = "60 kPa" }', "{}"))
+    warning, verdict = run("check", tiny, "--quick", "-q").stdout.splitlines()
+    assert warning.startswith("warning   in task extend no chamber has a pressure")
+    assert verdict == "The start of task extend is doubtful, see the warning; its gradient was not tested."
+
+
+def test_a_margin_is_told_as_far_as_it_is_known(run, tiny):
+    result = run("check", tiny, "--quick")
+    assert "limit     margin is at least 1.44, must be at least 1.15\n" in result.stdout
+
+
 def test_check_says_why_a_state_is_not_to_be_trusted(run, tiny, monkeypatch):
     monkeypatch.setattr(Skin, "intersects_itself", lambda self, x: True)
     result = run("check", tiny, "--quick")

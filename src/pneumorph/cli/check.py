@@ -10,12 +10,11 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from pneumorph import atomic
+from pneumorph import atomic, compiling, doing
 from pneumorph.analysis import AnalysedBody, analyse_body, collect_task_results, run_gradient_check
 from pneumorph.cli.further import write_with_further
 from pneumorph.cli.solid import found_in
 from pneumorph.cli.trust import asking
-from pneumorph.doing import doing
 from pneumorph.errors import ComputationError, Hopeless, ProblemError, printable, writing
 from pneumorph.geometry import Body
 from pneumorph.interface.design import Design, starting_design
@@ -27,7 +26,7 @@ from pneumorph.mechanics import Rubber, breaking_loads, rubbers_of
 from pneumorph.optimize.prospects import backwards, shortfalls
 from pneumorph.optimize.setup import build_setup
 from pneumorph.optimize.start import begin_within, begun_lower
-from pneumorph.optimize.states import linear_states
+from pneumorph.optimize.states import in_words, linear_states
 from pneumorph.output.chambers import of_chambers
 from pneumorph.output.format import format_pressures, part_note, warnings_of
 from pneumorph.problem import Problem, Reinforcement, load, reinforcements, with_fewer_chambers
@@ -41,10 +40,28 @@ from pneumorph.problem.sources import told
 BEGINS = "it is at its bound, and a design run begins just within it"
 
 
-def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, insert: Path | None = None) -> None:
-    """Check the problem of a file, on its starting body, or of a run, on its last design; `quick` tests no gradient.
+def check(
+    problem: Path,
+    quick: bool,
+    trust: bool,
+    fewer: Path | None = None,
+    insert: Path | None = None,
+    quiet: bool = False,
+) -> None:
+    """Check the problem of a file, on its starting body, or of a run, on its last design.
 
-    Of a run, its problem with fewer chambers is written to the file `fewer`, and with one more to `insert`.
+    Parameters
+    ----------
+    problem : Path
+        The problem file, or the run directory.
+    quick : bool
+        Whether the test of the gradient is left out.
+    trust : bool
+        Whether code in the problem file is trusted.
+    fewer, insert : Path or None
+        Of a run, files to which its problem with fewer chambers is written, and with one more.
+    quiet : bool
+        Whether only what is wrong, and the verdict, is printed.
 
     Raises
     ------
@@ -53,6 +70,9 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
     ComputationError
         If the gradient is not right to second order.
     """
+    if quiet:
+        compiling.announce(None)
+        doing.announce(None)
     run = open_run(problem, asking(trust)) if problem.is_dir() else None
     asked = load(problem, asking(trust)) if run is None else run.problem
     for option, path in (("--fewer", fewer), ("--insert", insert)):
@@ -62,12 +82,17 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
             raise ProblemError(f"{option} {path}: there is already a file of this name; give another name")
     console = Console()
 
-    def say(text: str, style: str = "") -> None:
+    def conclude(text: str, style: str = "") -> None:
         console.print(Text(text, style=style), soft_wrap=True)
+
+    def say(text: str, style: str = "") -> None:
+        # What is wrong is red.
+        if style or not quiet:
+            conclude(text, style)
 
     design = starting_design(asked) if run is None or run.latest is None else run.best
     asked = design.problem
-    with doing("measuring the limits"):
+    with doing.doing("measuring the limits"):
         readings = design.limits
     if run is None and any(map(_violated, readings)):
         # Whether a run can begin at all; before anything that takes longer.
@@ -101,15 +126,15 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
         said = "" if reading.satisfied() else f"; {BEGINS if at_bound else 'violated'}"
         say(f"limit     {reading}, attained {attained:.3g}{said}", "" if reading.satisfied() or at_bound else "red")
     if run is not None:
-        with doing("finding what chambers do"):
+        with doing.doing("finding what chambers do"):
             uses = design.chambers
         for sentence in of_chambers(uses):
             say(f"chambers  {sentence}")
         if fewer is not None:
-            say(_write_fewer(run, design, fewer))
+            conclude(_write_fewer(run, design, fewer))
         if insert is not None:
             for line in write_with_further(run, design, insert):
-                say(line)
+                conclude(line)
     states = linear_states(asked, at.space, at.disc, at.analysis)
     values = states.values()
     for limit, key, bound in in_history(asked):
@@ -118,8 +143,7 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
             continue
         kept = limit.satisfied(value, bound)
         violated += not kept
-        shown = f"{limit.told * without_rounding(value):.3g}{limit.suffix}"
-        shown = f"{shown}, must be {limit.asked(bound)}"
+        shown = f"{in_words(limit, value, bound)}, must be {limit.asked(bound)}"
         say(f"limit     {limit.word} is {shown}{'' if kept else '; violated'}", "" if kept else "red")
     if run is None and states.violated:
         setup = build_setup(asked)
@@ -132,9 +156,9 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
     doubtful += unmoved(asked)
     sound = "The problem is sound" if not doubtful else f"The start of task {doubtful[0]} is doubtful, see the warning,"
     if quick:
-        say(f"{sound.rstrip(',')}; its gradient was not tested.")
+        conclude(f"{sound.rstrip(',')}; its gradient was not tested.")
         return
-    with doing("testing the gradient"):
+    with doing.doing("testing the gradient"):
         tested = run_gradient_check(at)
     if tested.elements < at.disc.model.elements:
         say(f"gradient  tested on a coarser mesh of {tested.elements} elements")
@@ -143,7 +167,7 @@ def check(problem: Path, quick: bool, trust: bool, fewer: Path | None = None, in
     if not tested.passed:
         raise ComputationError("the gradient is not right to second order; try a finer mesh")
     exact = "and its gradient is exact" if tested.tests else "but there is nothing to test its gradient on"
-    say(f"{sound} {exact}.")
+    conclude(f"{sound} {exact}.")
 
 
 def _analysed(problem: Problem, body: Body, begins: bool) -> AnalysedBody:

@@ -85,12 +85,15 @@ def check(
             help="Of a run: tell where a further chamber would help most, and write its problem with one there.",
         ),
     ] = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print only warnings, violated limits, the verdict and errors.")
+    ] = False,
     trust: Trusted = False,
 ) -> None:
     """Describe a problem, and check limits and gradient on its starting body, or on the last design of a run."""
     from pneumorph.cli.check import check
 
-    check(problem, quick, trust, fewer, insert)
+    check(problem, quick, trust, fewer, insert, quiet)
 
 
 @doing("running the study")
@@ -133,7 +136,9 @@ def propose(
         Path | None,
         typer.Option("--out", "-o", help="The directory of the search; by default runs/<name of the file>."),
     ] = None,
-    minutes: Annotated[float, typer.Option(min=0.1, help="How long it may take.")] = 30.0,
+    minutes: Annotated[
+        float, typer.Option(min=0.1, help="How long it may take; designs that have begun are completed.")
+    ] = 30.0,
     candidates: Annotated[int, typer.Option(min=2, max=1000, help="Number of bodies that are tried.")] = 24,
     seed: Annotated[int, typer.Option(min=0, help="Of the bodies that are drawn: the same seed draws the same.")] = 0,
     workers: Annotated[
