@@ -149,7 +149,7 @@ def test_a_quiet_check_says_what_is_wrong_and_the_verdict(run, tiny):
     tiny.write_text(tiny.read_text(encoding="utf-8").replace('{ A = "60 kPa" }', "{}"))
     warning, verdict = run("check", tiny, "--quick", "-q").stdout.splitlines()
     assert warning.startswith("warning   in task extend no chamber has a pressure")
-    assert verdict == "The start of task extend is doubtful, see the warning; its gradient was not tested."
+    assert verdict == "Nothing moves in task extend, see the warning; its gradient was not tested."
 
 
 def test_a_margin_is_told_as_far_as_it_is_known(run, tiny):
@@ -196,7 +196,9 @@ def test_a_body_that_does_not_move_has_no_gradient_to_test(run, tiny):
     result = run("check", tiny)
     assert result.exit_code == 0, result.output
     assert result.output.count(": nothing to test") == 3 and "WRONG" not in result.output
-    assert result.output.endswith("The problem is sound but there is nothing to test its gradient on.\n")
+    assert result.output.endswith(
+        "Nothing moves in task extend, see the warning, but there is nothing to test its gradient on.\n"
+    )
 
 
 @pytest.fixture

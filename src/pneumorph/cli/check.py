@@ -152,9 +152,11 @@ def check(
     if violated:
         limits = "1 limit is" if violated == 1 else f"{violated} limits are"
         say(f"{limits} violated by this body; a design run begins by bringing it within them.", "red")
-    doubtful = [name for name, each in results.items() if each.self_intersecting or not each.stable]
-    doubtful += unmoved(asked)
-    sound = "The problem is sound" if not doubtful else f"The start of task {doubtful[0]} is doubtful, see the warning,"
+    sound, still = "The problem is sound", unmoved(asked)
+    if still:
+        sound = f"Nothing moves in task {still[0]}, see the warning,"
+    elif doubtful := [name for name, each in results.items() if each.self_intersecting or not each.stable]:
+        sound = f"The start of task {doubtful[0]} is doubtful, see the warning,"
     if quick:
         conclude(f"{sound.rstrip(',')}; its gradient was not tested.")
         return
