@@ -13,7 +13,7 @@ from pneumorph.analysis.simulate import prepare_simulation
 from pneumorph.errors import Hopeless
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.mechanics import Tangent, model_of, solve
-from pneumorph.mechanics.solve.refined import on_refined
+from pneumorph.mechanics.solve.refined import guess_on_refined, on_refined
 from pneumorph.mesh.refine import refine
 from pneumorph.objective import measure_features
 from pneumorph.problem import loads
@@ -99,6 +99,23 @@ def test_the_estimate_is_what_one_refinement_changes(case):
     assert (error.here.contact_normal.get("wall", 1.0)) > 0.1
     again = quick_errors(problem, at.disc, at.analysis)["move"]
     assert again.fine.translation == pytest.approx(error.fine.translation, rel=1e-6, abs=1e-9)
+
+
+def test_a_search_on_the_refined_mesh_begins_with_mean_volume_ratios():
+    """In a body that bends much, those of the coarser displacements make the tangent there indefinite."""
+    text = TWO.replace("12 kPa", "200 kPa").replace("5 kPa", "0 kPa")
+    problem = loads(problem_text(text, radius=10, chambers=TWO_BESIDE)).with_changes(
+        {"mesh.size": "8 mm", "mesh.element": "quadratic"}
+    )
+    at = analyse_body(problem, starting_body(problem.tubes))
+    fine = refine(at.disc.morph.mesh.at(at.analysis.X))
+    (coarse,), (equilibrium,) = at.analysis.configurations.values(), at.analysis.equilibria.values()
+    there = replace(coarse, model=model_of(problem, fine.mesh), X=fine.mesh.points)
+    tangents = Tangent(there.model), Tangent(there.model)
+    starts = on_refined(fine, coarse, equilibrium.state), guess_on_refined(fine, coarse, equilibrium.state)
+    found = [solve(there, tangent, start) for tangent, start in zip(tangents, starts, strict=True)]
+    assert tangents[1].factorisations < tangents[0].factorisations
+    assert found[1].state.plate == pytest.approx(found[0].state.plate, rel=1e-5, abs=1e-7)
 
 
 def test_gas_is_compressed_on_the_refined_mesh_too():

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import jax
 import numpy as np
 
-from pneumorph.analysis.analyse import DESIGN_TOLERANCE, Analysis, Discretisation
+from pneumorph.analysis.analyse import Analysis, Discretisation
 from pneumorph.analysis.castings import TaskState
 from pneumorph.analysis.collect import vector
 from pneumorph.doing import doing
@@ -33,7 +33,7 @@ from pneumorph.mechanics import (
     solve,
 )
 from pneumorph.mechanics.elements.plate import rotation
-from pneumorph.mechanics.solve.refined import near_refined, on_refined
+from pneumorph.mechanics.solve.refined import guess_on_refined, near_refined
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.refine import Refined, refine
 from pneumorph.objective import Features, Objective, Workspace
@@ -54,6 +54,9 @@ MOST = 80_000
 
 MOST_FACTORISATIONS = 30
 """Of such a search."""
+
+ROUGHLY = 1e-3
+"""Relative residual at which it ends: an estimate needs two digits of the difference of both meshes."""
 
 LEVER = 10.0
 """mm: the distance at which a rotation is compared with a translation, about the radius of a body."""
@@ -120,8 +123,8 @@ class RefinedModel:
             return *near, False
         if not thorough:
             return None
-        start = on_refined(self.fine, at, state)
-        found = solve(there, Tangent(self.model), start, DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
+        start = guess_on_refined(self.fine, at, state)
+        found = solve(there, Tangent(self.model), start, ROUGHLY, most=MOST_FACTORISATIONS)
         return None if isinstance(found, NoEquilibrium) else (settled(there, found), found.state, True)
 
 

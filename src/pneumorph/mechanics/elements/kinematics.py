@@ -43,11 +43,14 @@ class Guess:
         nearer to what is sought than those of the displacements.
     metrics : sequence of (E, 3, 3) float
         The same for the faces under sheets and fibres; empty if they are the state's own.
+    ratios : (4, E) float, optional
+        Volume ratios at the quadrature points that are nearer to what is sought; by default those of the gradients.
     """
 
     state: State
     gradients: np.ndarray | None = None
     metrics: Sequence[np.ndarray] = ()
+    ratios: np.ndarray | None = None
 
 
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:

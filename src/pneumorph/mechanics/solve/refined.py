@@ -27,10 +27,10 @@ from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.products import tangent_map
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.assembly.tip import Tied
-from pneumorph.mechanics.elements.kinematics import State
+from pneumorph.mechanics.elements.kinematics import Guess, State, deformation_gradients, volume_ratio
 from pneumorph.mechanics.solve.balance import apart, bulk_over_shear, free_share
 from pneumorph.mechanics.solve.border import Border, border_at, enclosed_in, missing_volumes, pushes, with_pressures
-from pneumorph.mesh.refine import Refined
+from pneumorph.mesh.refine import PARTS_OF_TET, Refined
 
 PLAIN, MIXED = 20, 60
 """Most products with the tangent: of plain elements, and of those with π."""
@@ -56,6 +56,18 @@ def on_refined(fine: Refined, at: Configuration, state: State) -> State:
     """A state of a mesh as one of the refined mesh."""
     u = fine.P @ displacement(at.model.tip, at.X, state)
     return state._replace(u=u, hydrostatic=_pressures(fine, at, state))
+
+
+def guess_on_refined(fine: Refined, at: Configuration, state: State) -> Guess:
+    """A state of a mesh as a start on the refined mesh: its displacements, and the mean volume ratio of every element.
+
+    In the parts of an element the ratios of its displacements vary as they like, since only their mean is in balance
+    there; where κ is large, their stress makes the tangent indefinite.
+    """
+    tets = at.model.tets.nodes[: at.model.elements]
+    ratios = volume_ratio(deformation_gradients(tets, at.X, displacement(at.model.tip, at.X, state)))
+    means = np.repeat(ratios.mean(axis=0), len(PARTS_OF_TET))
+    return Guess(on_refined(fine, at, state), ratios=np.tile(means, (len(ratios), 1)))
 
 
 def near_refined(

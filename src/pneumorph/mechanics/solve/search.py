@@ -192,10 +192,12 @@ def _begin(at: Configuration, start: State | Guess) -> Guess:
     """Where a search begins: free obstacles are let down, and displacements fitted to the gradients that are known."""
     guess = start if isinstance(start, Guess) else Guess(start)
     begin, F = landed(at, guess.state), guess.gradients
-    # What is fitted might go through a surface.
-    if F is None or at.model.contact is not None:
+    # What is fitted might go through a surface, and so might steps along which Π rises.
+    if at.model.contact is not None:
         return Guess(begin, metrics=guess.metrics)
-    return Guess(fitted(at, begin, F) if relative_residual(at, begin) > ROUGH else begin, F, guess.metrics)
+    if F is None:
+        return replace(guess, state=begin)
+    return replace(guess, state=fitted(at, begin, F) if relative_residual(at, begin) > ROUGH else begin)
 
 
 def _search(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:
@@ -206,7 +208,9 @@ def _search(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float)
         found = find_stable(at, tangent, begin, tolerance)
         if not isinstance(found, str) and tangent.negative_pivots == 0:
             return found
-    ratios = None if begin.gradients is None else volume_ratio(begin.gradients)
+    ratios = begin.ratios
+    if ratios is None and begin.gradients is not None:
+        ratios = volume_ratio(begin.gradients)
     return minimise(at, tangent, begin.state, tolerance, ratios)
 
 
