@@ -14,6 +14,7 @@ from pneumorph.mechanics import (
     diagnose,
     follow,
     limit_ahead,
+    limit_near,
     neo_hookean_rubber,
     solve,
 )
@@ -105,6 +106,41 @@ def test_a_path_from_a_state_finds_the_same_limit_point(balloon):
     assert isinstance(found, Path)
     assert found.points[0].load == 1.0 and found.points[0].equilibrium is near.equilibrium
     assert found.limits[0].pressures["A"] == pytest.approx(top.pressures["A"], rel=1e-5)
+
+
+def test_a_path_takes_long_steps(balloon):
+    built, at, path = balloon
+    (top,) = path.limits
+    near = next(point for point in path.points if point.load > 0.5 * top.load)
+    here = configure(built, at.X, build_loads(built, near.pressures))
+    solver = Tangent(built)
+    found = follow(here, solver, first_limit=True, since=near.equilibrium)
+    assert isinstance(found, Path)
+    assert len(found.points) <= 12 and solver.factorisations <= 20
+    # The pressure at a limit point is known far better than its state.
+    assert found.limits[0].pressures["A"] == pytest.approx(top.pressures["A"], rel=1e-8)
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+def test_the_limit_point_of_a_body_nearby_is_found_from_that_of_another(mixed):
+    mesh, wider = tube(11, 13, 40, (1, 12, 4)), tube(11.05, 13, 40, (1, 12, 4))
+    built = build_model(mesh, neo_hookean_rubber(SHEAR, 4.80, 1.1e-9), mixed=mixed)
+    tops, costs = [], []
+    for points in (mesh.points, wider.points):
+        at, solver = configure(built, points, build_loads(built, {"A": 0.3})), Tangent(built)
+        path = follow(at, solver, first_limit=True)
+        assert isinstance(path, Path)
+        tops.append(path.limits[0])
+        costs.append(solver.factorisations)
+    solver = Tangent(built)
+    place = limit_near(at, solver, tops[0].equilibrium.state, tops[0].load)
+    assert place is not None
+    assert abs(tops[1].load / tops[0].load - 1.0) > 0.02
+    assert place.point.load == pytest.approx(tops[1].load, rel=1e-8)
+    assert place.point.equilibrium.negative_pivots <= 1 and place.curl < 0.0
+    moved = np.abs(place.point.equilibrium.u - tops[1].equilibrium.u).max()
+    assert moved < 1e-3 * np.abs(place.point.equilibrium.u).max()
+    assert solver.factorisations < costs[1] / 2
 
 
 def test_stored_energy_is_the_work_of_the_pressure_along_both_branches(balloon):

@@ -9,7 +9,16 @@ from designing import analysed
 from texts import problem_text
 from tiny import tiny
 
-from pneumorph.analysis import analyse, ballooning, checkpoint, margin_slopes, margins, near_margins
+from pneumorph.analysis import (
+    analyse,
+    ballooning,
+    checkpoint,
+    limit_points,
+    margin_slopes,
+    margins,
+    near_margins,
+    remember_limit_points,
+)
 from pneumorph.mechanics import TOLERANCE, Equilibrium, Tangent, follow, solve
 from pneumorph.optimize.states import linear_states, worst_state
 from pneumorph.problem import Problem, loads
@@ -63,6 +72,36 @@ def test_a_path_that_cannot_be_followed_is_not_taken_for_one_without_a_limit_poi
     assert [limit.name for limit in states.unknown] == ["margin"]
     assert states.values()["margin"] is None and not states.violated
     assert worst_state(asked, disc, found)[0] <= 0.0
+
+
+def test_the_limit_point_of_a_design_nearby_leads_to_the_same_one(monkeypatch):
+    asked = soft("0.25 MPa")
+    space, disc, found = analysed(asked)
+    first = limit_points(disc, found, 2.0)["extend"]
+    rng = np.random.default_rng(2)
+    phi = space.start + np.where(np.arange(space.n) < space.n_shape, rng.uniform(-0.05, 0.05, space.n), -0.3)
+    states = {name: each.state for name, each in found.equilibria.items()}
+    alone, after = (analyse(asked, space, disc, phi, states, tolerance=TOLERANCE) for _ in range(2))
+    by_path = limit_points(disc, alone, 2.0)["extend"]
+    assert abs(by_path.load / first.load - 1.0) > 0.01
+    remember_limit_points(found, after)
+    # No path is followed.
+    monkeypatch.setattr(module, "follow", None)
+    assert limit_points(disc, after, 2.0)["extend"].load == pytest.approx(by_path.load, rel=1e-7)
+    slopes = [margin_slopes(space, disc, each, 2.0)[1] for each in (alone, after)]
+    np.testing.assert_allclose(*slopes, rtol=1e-3, atol=1e-3 * np.abs(slopes[0]).max())
+
+
+def test_a_limit_point_is_found_where_that_of_a_design_nearby_does_not_lead_to_it():
+    asked = soft("0.25 MPa")
+    _, disc, found = analysed(asked)
+    at, equilibrium = found.configurations["extend"], found.equilibria["extend"]
+    first = find_margin(at, Tangent(disc.model), equilibrium, 2.0)
+    # A state that is none, and a limit point below the working pressures.
+    vector = disc.model.vector(first.state)
+    for wrong in (disc.model.state(-vector), disc.model.state(0.0 * vector)):
+        again = find_margin(at, Tangent(disc.model), equilibrium, 2.0, replace(first, state=wrong))
+        assert again.load == pytest.approx(first.load, rel=1e-7)
 
 
 def two(second: str, **changes) -> Problem:

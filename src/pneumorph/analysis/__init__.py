@@ -15,7 +15,14 @@ from pneumorph.analysis.analyse import (
     predict_states,
     with_castings,
 )
-from pneumorph.analysis.ballooning import expect_limit_points, limit_points, margin_slopes, margins, near_margins
+from pneumorph.analysis.ballooning import (
+    expect_limit_points,
+    limit_points,
+    margin_slopes,
+    margins,
+    near_margins,
+    remember_limit_points,
+)
 from pneumorph.analysis.collect import (
     collect_castings,
     collect_fields,
@@ -99,6 +106,7 @@ __all__ = [
     "prepare_simulation",
     "quick_errors",
     "recorded_share",
+    "remember_limit_points",
     "result_share",
     "run_gradient_check",
     "sensitivities",

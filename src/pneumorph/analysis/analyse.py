@@ -109,6 +109,7 @@ class Analysis:
     self_intersecting : whether the deformed body intersects itself, by task.
     limit_points : the limit points ahead of the states by task, once they have been looked for (`limit_points`).
     castings : the states of perturbed castings, by task.
+    nearby : limit points of a design nearby on the same mesh, near which those ahead are looked for (`ballooning.py`).
     """
 
     phi: np.ndarray
@@ -123,6 +124,7 @@ class Analysis:
     self_intersecting: dict[str, bool]
     limit_points: dict[str, Margin] = field(default_factory=dict)
     castings: dict[str, tuple[TaskState, ...]] = field(default_factory=dict)
+    nearby: dict[str, Margin] = field(default_factory=dict)
 
     def state(self, disc: Discretisation, task: str) -> TaskState:
         """The state of the design itself in a task."""

@@ -48,7 +48,7 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
     bound : of the margin.
     """
     states = _states(disc, analysis)
-    for name, (_, own) in states.items():
+    for name, (task, own) in states.items():
         if name in analysis.limit_points:
             continue
         with doing(f"looking for ballooning in task {name}"):
@@ -59,8 +59,9 @@ def limit_points(disc: Discretisation, analysis: Analysis, bound: float) -> Mapp
             if estimate < NEAR * bound:
                 others = ((states[each][1].at, found) for each, found in analysis.limit_points.items())
                 # With another solver: those of the tasks keep the factorisations from which the next design starts.
+                near = analysis.nearby.get(name) or analysis.limit_points.get(task)
                 ahead = _on_the_path_of(own.at, others, bound) or find_margin(
-                    own.at, Tangent(disc.model), own.equilibrium, bound
+                    own.at, Tangent(disc.model), own.equilibrium, bound, near
                 )
             analysis.limit_points[name] = replace(ahead, estimate=estimate)
     return analysis.limit_points
@@ -105,10 +106,15 @@ def expect_limit_points(before: Analysis, analysis: Analysis, bound: float) -> N
             analysis.limit_points[name] = Margin(BEYOND * bound, None, least)
 
 
+def remember_limit_points(before: Analysis, analysis: Analysis) -> None:
+    """Have the limit points of a design looked for near those of another one on the same mesh first."""
+    analysis.nearby.update({name: known for name, known in before.limit_points.items() if known.state is not None})
+
+
 def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> tuple[dict[str, float], dict[str, float]]:
     """The margins of the tasks whose limit point is near; and how far the others were followed where that is not known.
 
-    All estimates are made again, and perturbed castings do not count.
+    All estimates are made again, paths are followed from the states, and perturbed castings do not count.
 
     Parameters
     ----------
@@ -116,7 +122,7 @@ def near_margins(disc: Discretisation, analysis: Analysis, bound: float) -> tupl
     analysis : of the design.
     bound : of the margin; `BEYOND` times it is the farthest that counts as near.
     """
-    points = limit_points(disc, replace(analysis, limit_points={}, castings={}), bound)
+    points = limit_points(disc, replace(analysis, limit_points={}, castings={}, nearby={}), bound)
     near = {name: ahead.load for name, ahead in points.items() if ahead.state is not None}
     return near, {name: ahead.load for name, ahead in points.items() if not ahead.known}
 

@@ -39,7 +39,8 @@ from pneumorph.mechanics.solve.lateral import (
 from pneumorph.mechanics.solve.memory_sweep import sweep_with_memory
 from pneumorph.mechanics.solve.mirror import breaking_loads, mirrors_of, sealed
 from pneumorph.mechanics.solve.part import part_of
-from pneumorph.mechanics.solve.path import Path, PathPoint, diagnose, follow
+from pneumorph.mechanics.solve.path import Path, diagnose, follow
+from pneumorph.mechanics.solve.place import PathPoint, limit_near
 from pneumorph.mechanics.solve.prediction import predict
 from pneumorph.mechanics.solve.restore import restored
 from pneumorph.mechanics.solve.search import solve
@@ -80,6 +81,7 @@ __all__ = [
     "guided_of",
     "lateral_models",
     "limit_ahead",
+    "limit_near",
     "loads_of",
     "masses_of",
     "mirrors_of",

@@ -15,6 +15,7 @@ from pneumorph.analysis import (
     expect_limit_points,
     joined,
     predict_states,
+    remember_limit_points,
 )
 from pneumorph.errors import MeshError
 from pneumorph.limits.kinds.states import MARGIN
@@ -131,7 +132,8 @@ def _judged(
     Parameters
     ----------
     setup, number, now, clock : see `analyse_trial`.
-    spent : the trial without them, and its factorisations less those of its mesh before it.
+    spent : the trial without them or with those of a design nearby on its mesh, and its factorisations less those of
+        its mesh before it.
     analysis : its states.
     """
     problem, disc, before = setup.problem, spent.disc, spent.before
@@ -148,6 +150,10 @@ def _judged(
     with clock.phase("equilibrium"):
         if (bound := MARGIN.read(problem.limits)) is not None:
             expect_limit_points(now.analysis, analysis, bound)
+            if disc.model is now.disc.model:
+                remember_limit_points(now.analysis, analysis)
+            if spent.analysis is not None:
+                remember_limit_points(spent.analysis, analysis)
         excess, limit = worst_state(problem, disc, analysis)
     return replace(
         spent,

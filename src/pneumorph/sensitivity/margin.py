@@ -15,7 +15,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pneumorph.mechanics import Configuration, Equilibrium, Loads, NoEquilibrium, State, Tangent, follow
+from pneumorph.mechanics import (
+    Configuration,
+    Equilibrium,
+    Loads,
+    NoEquilibrium,
+    PathPoint,
+    State,
+    Tangent,
+    follow,
+    limit_near,
+)
 from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.solve.border import border_at, given_pressures
 from pneumorph.sensitivity.adjoint import by_known, volumes_by_shape
@@ -49,7 +59,9 @@ class Margin:
     known: bool = True
 
 
-def find_margin(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, bound: float) -> Margin:
+def find_margin(
+    at: Configuration, tangent: Tangent, equilibrium: Equilibrium, bound: float, near: Margin | None = None
+) -> Margin:
     """Follow the path from a state to the limit point ahead, or up to `BEYOND` times the bound, or as far as possible.
 
     Parameters
@@ -62,17 +74,26 @@ def find_margin(at: Configuration, tangent: Tangent, equilibrium: Equilibrium, b
         The state there.
     bound : float
         Of the margin.
+    near : Margin, optional
+        The limit point ahead of a state nearby, of the same model: that of this one is looked for near it first.
     """
     far = Margin(BEYOND * bound, None)
+    if near is not None and near.state is not None:
+        place = limit_near(at, tangent, near.state, near.load)
+        if place is not None and place.point.load > 1.0:
+            return _at(place.point) if place.point.load < far.load else far
     path = follow(at, tangent, load=far.load, first_limit=True, since=equilibrium)
     if isinstance(path, NoEquilibrium):
         # Without pressure there is no limit.
         return replace(far, load=1.0, known=False) if np.any(given_pressures(at)) else far
     if path.limits:
-        limit = path.limits[0]
-        return Margin(limit.load, limit.equilibrium.state, pressures=limit.pressures)
+        return _at(path.limits[0])
     reached = path.points[-1].load
     return far if reached >= far.load else Margin(max(point.load for point in path.points), None, known=False)
+
+
+def _at(limit: PathPoint) -> Margin:
+    return Margin(limit.load, limit.equilibrium.state, pressures=limit.pressures)
 
 
 def margin_slope(

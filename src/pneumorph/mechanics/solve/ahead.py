@@ -17,11 +17,10 @@ from dataclasses import replace
 import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.mechanics.assembly import potential as kernels
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State, deformation_gradients
-from pneumorph.mechanics.solve.balance import places, residual_at, supported
+from pneumorph.mechanics.solve.balance import places, pressure_force, residual_at, supported
 from pneumorph.mechanics.solve.border import border_at, given_pressures, missing_volumes
 from pneumorph.mechanics.solve.prediction import ENOUGH
 
@@ -43,7 +42,7 @@ def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
     """
     vector, size = at.model.vector(state), at.model.size
     border = None if at.enclosed is None else border_at(at, tangent, state)
-    along = tangent.solve_at(at, state, supported(at, _pressure_force(at, state)), ENOUGH)
+    along = tangent.solve_at(at, state, supported(at, pressure_force(at, state, given_pressures(at))), ENOUGH)
     # By λ, what the pressures change by: those of enclosed chambers follow.
     rise = given_pressures(at)
     if border is not None and at.enclosed is not None:
@@ -69,16 +68,6 @@ def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
     rate, growth = (after - before) / (2.0 * small), (after - 2.0 * here + before) / small**2
     faster = _where_most(rate, growth)
     return 1.0 + 0.5 / faster if faster > 0.0 else math.inf
-
-
-def _pressure_force(at: Configuration, state: State) -> np.ndarray:
-    """f (n,) of the pressures that are given, of the terms that know of pressures."""
-    outer = kernels.without_solid(at.model.potential)
-    still = at.loads._replace(pressure=np.asarray(at.loads.pressure) - given_pressures(at))
-    with_pressure, without = (
-        at.model.vector(kernels.value_and_residual(outer, at.X, state, loads)[1]) for loads in (at.loads, still)
-    )
-    return without - with_pressure
 
 
 def _small(at: Configuration, vector: np.ndarray, along: np.ndarray) -> float:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import jax
 import numpy as np
 
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly import products
 from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.tangent import Configuration
 from pneumorph.mechanics.elements import kinematics
@@ -149,9 +147,12 @@ def relative_residual(at: Configuration, state: State) -> float:
 
 def pressure_force(at: Configuration, state: State, change: np.ndarray) -> np.ndarray:
     """−(∂R/∂p)·change (n,): the nodal forces of a change of chamber pressures (C,) in MPa, those on supports too."""
-    still = jax.tree.map(np.zeros_like, at.loads)
-    given = still._replace(pressure=np.asarray(change, dtype=float))
-    return -at.model.vector(products.load_product(at.model.potential, at.X, state, at.loads, given))
+    outer, pressure = kernels.without_solid(at.model.potential), np.asarray(at.loads.pressure)
+    more = at.loads._replace(pressure=pressure + change)
+    without, with_pressure = (
+        at.model.vector(kernels.value_and_residual(outer, at.X, state, loads)[1]) for loads in (at.loads, more)
+    )
+    return without - with_pressure
 
 
 def smallest_ratio(at: Configuration, vector: np.ndarray) -> float:
