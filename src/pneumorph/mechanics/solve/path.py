@@ -45,6 +45,9 @@ is predicted, in parts of the step."""
 OVERSHOT = 1.1
 """A limit point predicted within reach is stepped past, by a tenth of its distance, so that two places enclose it."""
 
+FEW = 3
+"""A step is no longer than the one before where that took more factorisations, or was halved."""
+
 SHORTEST = 1e-3
 """Shortest step, relative to the first."""
 
@@ -142,6 +145,8 @@ def _followed(
             continue
         if here.slope * following.slope < 0:
             limits.append(limit_between(at, tangent, here, following, step).point)
+        if following.point.equilibrium.factorisations > FEW:
+            longer = 1.0
         here, step, longer = following, _next(following, step, longer), LONGER
         places.append(here)
     return Path(tuple(place.point for place in places), tuple(limits), reason)

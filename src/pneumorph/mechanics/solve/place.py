@@ -42,9 +42,9 @@ from pneumorph.mechanics.solve.saddle import Iterate, metrics_along_step, reduce
 TOLERANCE = 1e-8
 """Relative residual, over the norm of the applied forces, at which a place has converged."""
 
-MOST_CORRECTIONS, CONTRACTION, GROWN = 15, 0.3, 2.0
-"""Most corrections per place; the ratio of two corrections above which the tangent is factorised again; and that of two
-of Newton's above which the search ends."""
+MOST_CORRECTIONS, MOST_TANGENTS, CONTRACTION, GROWN = 15, 5, 0.3, 2.0
+"""Most corrections and factorisations for a place; the ratio of two corrections above which the tangent is factorised
+again; and that of two of Newton's above which the search ends."""
 
 BENT = 0.7
 """Cosine of the angle between the direction at a place and the one predicted, below which it may be on another path."""
@@ -299,7 +299,7 @@ def _corrected(
     if free_share(at, since, vector[:size] - since) < 1.0:
         return None
     scale = applied_force(loaded(at, load, vector[size:]), model.state(vector[:size]))
-    previous, newton = np.inf, np.inf
+    previous, newton, made = np.inf, np.inf, 0
     metrics: Metrics = ()
     if model.reinforcements:
         was, now = (displacement(model.tip, at.X, model.state(each)) for each in (since, vector[:size]))
@@ -321,7 +321,10 @@ def _corrected(
         # Far from where it was factorised, the tangent's correction of a rough state is not one.
         far = newton == np.inf and error > SMOOTH and not fresh
         if along is None or far or now > CONTRACTION * previous:
+            if made == MOST_TANGENTS:
+                return None
             tangent.factorise(there, state, metrics=metrics)
+            made += 1
             along = np.append(_along(at, there, tangent, state), 1.0)
             point = reduced_with(there, tangent, point)
             change = _bordered(there, tangent, state, point.reduced, short, along, across)
