@@ -314,7 +314,7 @@ def _corrected(
         if error <= TOLERANCE and np.abs(short).max(initial=0.0) <= EXACT_VOLUME * volume_at_rest(at):
             return vector, load, error
         point = reduced_with(there, tangent, Iterate(vector[:size], metrics, residual, residual))
-        now = np.inf
+        change, now = np.zeros(0), np.inf
         if along is not None:
             change = _bordered(there, tangent, state, point.reduced, short, along, across)
             now = length(at, change[:size])
