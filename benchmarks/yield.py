@@ -138,8 +138,7 @@ def run(folder: Path, asked: argparse.Namespace) -> None:
         return
     began = time.perf_counter()
     command = [sys.executable, "-c", "from pneumorph.cli import app; app()", "design", str(folder / "problem.toml")]
-    command += ["--out", str(folder / "run"), "--iterations", str(asked.iterations)]
-    command += ["--resume"] if (folder / "run" / "problem.toml").exists() else []
+    command += ["--out", str(folder / "run"), "--iterations", str(asked.iterations), "--resume"]
     env = environment(asked.source, asked.threads)
     result = folder / "run" / "result.json"
     status = call(command, env, folder / "log.txt", folder / "errors.txt", asked.timeout, result)

@@ -137,7 +137,7 @@ def test_the_limit_point_of_a_body_nearby_is_found_from_that_of_another(mixed):
     assert place is not None
     assert abs(tops[1].load / tops[0].load - 1.0) > 0.02
     assert place.point.load == pytest.approx(tops[1].load, rel=1e-8)
-    assert place.point.equilibrium.negative_pivots <= 1 and place.curl < 0.0
+    assert place.point.equilibrium.negative_pivots <= 1 and place.slope_rate < 0.0
     moved = np.abs(place.point.equilibrium.u - tops[1].equilibrium.u).max()
     assert moved < 1e-3 * np.abs(place.point.equilibrium.u).max()
     assert solver.factorisations < costs[1] / 2

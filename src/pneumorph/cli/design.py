@@ -80,13 +80,7 @@ def design(
     asked = load(problem, asking(trust))
     if iterations is not None:
         asked = asked.with_changes({"optimizer.iterations": iterations})
-    where = out or Path("runs") / problem.stem
-    if resume and not (where / "problem.toml").exists():
-        raise ProblemError(
-            f"--resume: there is no run in {where}; leave --resume out to start one, or name the directory of the run "
-            "by --out"
-        )
-    run = prepare_run(asked, where, resume, begin=begin)
+    run = prepare_run(asked, out or Path("runs") / problem.stem, resume, begin=begin)
     again = "" if iterations is None else f" --iterations {iterations}"
     command = f"pneumorph design {quote(str(problem))} --out {quote(str(run.path))}{again} --resume"
     console = Console()

@@ -39,14 +39,14 @@ FIRST_RISE = 0.05
 """Fraction of the pressures that the first step adds."""
 
 LONGER, MISSED = 2.0, 0.01
-"""A step is at most so much longer than the one before, and as long as its end is expected to be so far from where it
-is predicted, in parts of the step."""
+"""How many times as long as the one before a step may be; and how far its end should be from its prediction, in parts of
+the step: the next step is made as long as that allows."""
 
 OVERSHOT = 1.1
-"""A limit point predicted within reach is stepped past, by a tenth of its distance, so that two places enclose it."""
+"""A limit point that is predicted within reach is stepped past, by a tenth of its distance: two places then enclose it."""
 
 FEW = 3
-"""A step is no longer than the one before where that took more factorisations, or was halved."""
+"""After a step that took more factorisations than this, or that was halved, the next one is no longer than it."""
 
 SHORTEST = 1e-3
 """Shortest step, relative to the first."""

@@ -78,8 +78,8 @@ class Place:
     """A point of the path and its direction there: dx/ds (n,), with unit length in the displacements, and dλ/ds.
 
     `across` is dx/ds without the hydrostatic unknowns; it measures the distance along the path. Pressures of enclosed
-    chambers follow the other unknowns, as if they were hydrostatic ones. `bend` and `curl` are d²x/ds² (n,), which is
-    across, and d²λ/ds². `missed` is how far the place was from its prediction, in parts of the step.
+    chambers follow the other unknowns, as if they were hydrostatic ones. `bend` is d²x/ds² (n,), which is across the
+    direction, and `slope_rate` d²λ/ds². `missed` is how far the place was from its prediction, in parts of the step.
     """
 
     point: PathPoint
@@ -89,7 +89,7 @@ class Place:
     across: np.ndarray
     slope: float
     bend: np.ndarray
-    curl: float
+    slope_rate: float
     missed: float = 0.0
 
     @property
@@ -100,13 +100,13 @@ class Place:
     @property
     def to_limit(self) -> float:
         """How far dλ/ds = 0 is, to first order: backwards where it is negative."""
-        return -self.slope / self.curl if self.curl else float(np.copysign(np.inf, self.slope))
+        return -self.slope / self.slope_rate if self.slope_rate else float(np.copysign(np.inf, self.slope))
 
     def ahead(self, step: float) -> tuple[np.ndarray, float]:
         """The unknowns and λ predicted at a distance."""
         return (
             self.vector + step * self.direction + 0.5 * step**2 * self.bend,
-            self.point.load + step * self.slope + 0.5 * step**2 * self.curl,
+            self.point.load + step * self.slope + 0.5 * step**2 * self.slope_rate,
         )
 
 
@@ -204,19 +204,21 @@ def limit_near(at: Configuration, tangent: Tangent, state: State, load: float) -
         place = None if place is None else _at_limit(at, tangent, place, np.inf)
     except SingularMatrix:
         return None
-    return place if place is not None and place.curl < 0.0 and place.point.equilibrium.negative_pivots <= 1 else None
+    if place is None or place.slope_rate >= 0.0 or place.point.equilibrium.negative_pivots > 1:
+        return None
+    return place
 
 
 def _at_limit(at: Configuration, tangent: Tangent, place: Place, farthest: float) -> Place | None:
     """The limit point near a place, by Newton's steps for dλ/ds = 0 that are no longer than `farthest`."""
     for _ in range(MOST_TO_LIMIT):
-        if place.slope**2 <= 2.0 * EXACT * abs(place.curl * place.point.load):
+        if place.slope**2 <= 2.0 * EXACT * abs(place.slope_rate * place.point.load):
             return place
         there = advance(at, tangent, place, float(np.clip(place.to_limit, -farthest, farthest)))
         if there is None:
             return None
         place = there
-    return place if place.slope**2 <= 2.0 * ENOUGH * abs(place.curl * place.point.load) else None
+    return place if place.slope**2 <= 2.0 * ENOUGH * abs(place.slope_rate * place.point.load) else None
 
 
 def _found(
@@ -271,7 +273,7 @@ def _with_bend(at: Configuration, tangent: Tangent, here: Place) -> Place:
     along = np.append(here.direction, here.slope)
     state = here.point.equilibrium.state
     change = _bordered(here.at, tangent, state, bent, short, along, here.across)
-    return replace(here, bend=change[:-1], curl=float(change[-1]))
+    return replace(here, bend=change[:-1], slope_rate=float(change[-1]))
 
 
 def _corrected(
