@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import subprocess
 import sys
 
@@ -97,9 +98,16 @@ def test_at_a_terminal_the_code_is_shown_and_asked_about(foreign, monkeypatch, t
 IN_A_TERMINAL = """
 import fcntl, os, signal, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+if not (child := os.fork()):
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
+print("ended", os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+signal.pause()
 """
+"""It outlives the program: the end of the first process of a terminal discards what is not read yet."""
+
+ENDED = re.compile(r"ended (-?\d+)\n")
 QUESTION = "[y/N] "
 READS = "from pneumorph.interrupts import install; install()\nfrom pneumorph.cli.trust import asking\n"
 READS += "from pneumorph.problem import load\nload('arm.toml', asking(False)); print('it is read')"
@@ -114,19 +122,14 @@ def answered(arguments, folder, typed):
         start_new_session=True,
     )  # fmt: skip
     os.close(screen)
-    shown = b""
+    shown, text, answers = b"", "", [typed]
     try:
-        while True:
-            try:
-                part = os.read(keyboard, 1000)
-            except OSError:  # Linux: the program has ended
-                part = b""
-            if not part:
-                break
-            asked, shown = QUESTION in shown.decode(errors="ignore"), shown + part
-            if not asked and QUESTION in shown.decode(errors="ignore"):
-                os.write(keyboard, typed)
-        return process.wait(60), shown.decode().replace("\r\n", "\n")
+        while not (end := ENDED.search(text)):
+            shown += os.read(keyboard, 1000)
+            text = shown.decode(errors="ignore").replace("\r\n", "\n")
+            if answers and QUESTION in text:
+                os.write(keyboard, answers.pop())
+        return int(end[1]), text[: end.start()]
     finally:
         os.close(keyboard)
         process.kill()
