@@ -39,11 +39,12 @@ FIRST_RISE = 0.05
 """Fraction of the pressures that the first step adds."""
 
 LONGER, MISSED = 2.0, 0.01
-"""How many times as long as the one before a step may be; and how far its end should be from its prediction, in parts of
-the step: the next step is made as long as that allows."""
+"""A step is at most this many times as long as the one before it; and its end should be this far from its prediction, in
+parts of the step: the next step is made as long as that allows."""
 
 OVERSHOT = 1.1
-"""A limit point that is predicted within reach is stepped past, by a tenth of its distance: two places then enclose it."""
+"""A limit point that is predicted within reach is stepped past, by a tenth of its distance, so that two places enclose
+it."""
 
 FEW = 3
 """After a step that took more factorisations than this, or that was halved, the next one is no longer than it."""
