@@ -39,8 +39,8 @@ FIRST_RISE = 0.05
 """Fraction of the pressures that the first step adds."""
 
 LONGER, MISSED = 2.0, 0.01
-"""A step is at most this many times as long as the one before it; and its end should be this far from its prediction, in
-parts of the step: the next step is made as long as that allows."""
+"""A step is at most this many times as long as the one before it; and its end should be this far from its prediction,
+in parts of the step: the next step is made as long as that allows."""
 
 OVERSHOT = 1.1
 """A limit point that is predicted within reach is stepped past, by a tenth of its distance, so that two places enclose
