@@ -1,5 +1,7 @@
 """Designs of which part is solved do not buckle laterally, and a stopped run goes on with what it knew of that."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from designing import BRIEFLY, accepted
@@ -63,6 +65,24 @@ def test_a_body_far_from_buckling_is_judged_once_in_several_designs(monkeypatch)
     assert judged[-1].value == pytest.approx(accepted(events)[-1].entry.objective), "the last design is judged"
     finished = events[-1]
     assert isinstance(finished, Finished) and finished.stable == {"extend": True}
+
+
+def test_a_body_that_has_come_near_to_buckling_is_judged_from_then_on(monkeypatch):
+    """Though more load seems to make a later design stiffer, as it does to a bent body that buckles a design after."""
+    multiples = {"far": 4.0, "near": 1.3, "stiffened": np.inf}
+    judged = []
+
+    def told(disc, analysis, at_rest):
+        judged.append(analysis)
+        return buckling.LateralStability({}, {}, at_rest, multiples[analysis])
+
+    monkeypatch.setattr(buckling, "judge", told)
+    known = told(None, "far", {})
+    for analysis in ("stiffened", "near", "near", "near", "near", "stiffened", "stiffened"):
+        known = buckling.judge_after(None, analysis, known)
+    assert judged == ["far", "near", "stiffened", "stiffened"]
+    again = buckling.recall(SimpleNamespace(tangents=(), lateral=()), "stiffened", known.pack())
+    assert (again.load, again.unjudged) == (known.load, 0) == (1.3, 0)
 
 
 def test_a_stopped_run_goes_on_in_the_same_way(events):

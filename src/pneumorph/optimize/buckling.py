@@ -1,10 +1,11 @@
 """Keep designs from buckling laterally where part of the body is solved, whose states know of no such motion.
 
 Designs are judged by their pivots against all motions of the whole body, which costs a factorisation for each kind of
-motion. Where a design would bear several times its loads, the next few are not factorised. The last design of a run
-is: before it is accepted where the number of designs ends the run (`trial`), else after (`analysis.check_stability`).
-Once a step would have buckled, all are, and the steps after it are told how stiff the body is
-(`mechanics.solve.lateral`) and how this changes.
+motion. Where a design would bear several times its loads, the next few are not factorised, unless one before has come
+nearer to buckling: the multiple is known to first order only, and a body that buckles soon may seem to become stiffer
+with more load. The last design of a run is: before it is accepted where the number of designs ends the run (`trial`),
+else after (`analysis.check_stability`). Once a step would have buckled, all are, and the steps after it are told how
+stiff the body is (`mechanics.solve.lateral`) and how this changes.
 """
 
 from __future__ import annotations
@@ -61,8 +62,8 @@ class LateralStability:
     at_rest : {task: stiffnesses}
         Those at rest of the first design of which a step would have buckled; nothing before.
     load : float
-        The least multiple of the loads at which the last design that was judged would buckle, to first order; 1 once a
-        step would have.
+        The least multiple of the loads at which the last design that was judged would buckle, to first order, or one
+        before it that was nearer to buckling than is safe; 1 once a step would have.
     unjudged : int
         How many designs have not been judged since.
     """
@@ -74,8 +75,9 @@ class LateralStability:
     unjudged: int = 0
 
     def pack(self) -> dict[str, Any]:
-        """Arrays from which `unpack_at_rest` restores the stiffnesses at rest."""
-        return {f"at rest {name}": np.array(kinds) for name, kinds in self.at_rest.items()}
+        """Arrays from which `recall` restores the stiffnesses at rest and the load."""
+        at_rest = {f"at rest {name}": np.array(kinds) for name, kinds in self.at_rest.items()}
+        return at_rest | {"buckling load": np.array(self.load)}
 
     def near(self) -> list[tuple[str, Softest, float]]:
         """The task, the motion, and the stiffness at rest of all that a step may make buckle."""
@@ -85,24 +87,6 @@ class LateralStability:
             for soft, at_rest in zip(motions, self.at_rest[name], strict=True)
             if soft.stable and soft.stiffness < LATERAL.far * at_rest
         ]
-
-
-def unpack_at_rest(disc: Discretisation, arrays: Mapping[str, Any]) -> Stiffnesses:
-    """The stiffnesses at rest from the arrays of `LateralStability.pack`; none where no step would have buckled.
-
-    Raises
-    ------
-    ProblemError
-        If they do not fit the body.
-    """
-    stiffnesses = {name: list(map(float, arrays.get(f"at rest {name}", ()))) for name in disc.tangents}
-    if not any(stiffnesses.values()):
-        return {}
-    if any(len(kinds) != len(disc.lateral) or min(kinds, default=1.0) <= 0.0 for kinds in stiffnesses.values()):
-        raise ProblemError(
-            "the checkpoint does not fit its problem (stiffnesses at rest); start the run again in another directory"
-        )
-    return stiffnesses
 
 
 def judge(disc: Discretisation, analysis: Analysis, at_rest: Stiffnesses) -> LateralStability:
@@ -126,7 +110,32 @@ def judge_after(disc: Discretisation, analysis: Analysis, before: LateralStabili
     """
     if before.load > LATERAL.safe and before.unjudged < LATERAL.unjudged:
         return replace(before, unjudged=before.unjudged + 1)
-    return judge(disc, analysis, before.at_rest)
+    return rejudge(disc, analysis, before.at_rest, before.load)
+
+
+def rejudge(disc: Discretisation, analysis: Analysis, at_rest: Stiffnesses, load: float) -> LateralStability:
+    """The lateral stability of a design, of which a design before would have borne a multiple `load` of its loads."""
+    after = judge(disc, analysis, at_rest)
+    return replace(after, load=min(after.load, load)) if load <= LATERAL.safe else after
+
+
+def recall(disc: Discretisation, analysis: Analysis, arrays: Mapping[str, Any]) -> LateralStability:
+    """The lateral stability of a design, with what is known of it by the arrays of `LateralStability.pack`.
+
+    Raises
+    ------
+    ProblemError
+        If they do not fit the body.
+    """
+    at_rest = {name: list(map(float, arrays.get(f"at rest {name}", ()))) for name in disc.tangents}
+    if not any(at_rest.values()):
+        at_rest = {}
+    kinds, load = len(disc.lateral), np.asarray(arrays.get("buckling load", np.inf))
+    if any(len(each) != kinds or min(each, default=1.0) <= 0.0 for each in at_rest.values()) or load.shape:
+        raise ProblemError(
+            "the checkpoint does not fit its problem (stiffnesses at rest); start the run again in another directory"
+        )
+    return rejudge(disc, analysis, at_rest, float(load))
 
 
 def judge_closely(disc: Discretisation, analysis: Analysis) -> LateralStability:

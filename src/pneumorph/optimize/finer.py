@@ -18,7 +18,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh.quality import scaled_jacobian
-from pneumorph.optimize.buckling import judge
+from pneumorph.optimize.buckling import rejudge
 from pneumorph.optimize.castings import carried
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import Divided, Event, NotDivided
@@ -80,7 +80,7 @@ def with_finer_mesh(setup: Setup, current: Iterate, clock: Clock) -> Generator[E
     disc, analysis, errors = found
     if disc is current.disc:
         return current
-    lateral = judge(disc, analysis, current.lateral.at_rest)
+    lateral = rejudge(disc, analysis, current.lateral.at_rest, current.lateral.load)
     more = analysis.value - current.analysis.value
     earlier = tuple(value + more for value in current.learnt.objectives[:-1])
     learnt = replace(current.learnt, objectives=earlier, looked=moved(setup.problem, analysis))

@@ -13,7 +13,7 @@ from pneumorph.doing import doing
 from pneumorph.errors import Hopeless, MeshError
 from pneumorph.limits.report import LimitReading, LimitReport
 from pneumorph.limits.table import BY_NAME
-from pneumorph.optimize.buckling import judge, unpack_at_rest
+from pneumorph.optimize.buckling import judge, recall
 from pneumorph.optimize.castings import begun_robust, carried
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import BegunBeyond, BegunLower, BroughtWithin, Event
@@ -213,5 +213,4 @@ def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
 
 def _restored(setup: Setup, state: Mapping[str, Any]) -> AnalysedDesign:
     disc, analysis = checkpoint.unpack(setup.problem, setup.space, dict(state), setup.mesher.heights)
-    lateral = judge(disc, analysis, unpack_at_rest(disc, state))
-    return AnalysedDesign(analysis, disc, setup.certify(analysis.phi), lateral)
+    return AnalysedDesign(analysis, disc, setup.certify(analysis.phi), recall(disc, analysis, state))

@@ -54,39 +54,53 @@ def symmetric_basis(
     projector.data[np.abs(projector.data) < 1e-13] = 0.0
     projector.eliminate_zeros()
 
-    _, block = connected_components(projector, directed=False)
+    blocks, block = connected_components(projector, directed=False)
     order = np.argsort(block, kind="stable")
-    starts = np.flatnonzero(np.diff(block[order], prepend=-1))
+    size = np.bincount(block)
+    # Where a variable is in its block.
+    local = np.empty(count, int)
+    local[order] = np.arange(count) - np.repeat(np.cumsum(size) - size, size)
     # A variable belongs to the first control point that it moves; this gives the variables of an orbit's first point.
     point = np.full(count, -1)
     rows, columns = L.nonzero()
     point[columns[::-1]] = rows[::-1] // 3
-    places, values = [], []
-    count_so_far = 0
-    for members in np.split(order, starts[1:]):
-        dense = projector[members][:, members].toarray()
-        rank = round(float(np.trace(dense)))
-        if rank == 0:
-            continue
-        basis = _of_first_point(dense, point[members] == point[members].min(), rank)
-        local, column = np.nonzero(np.abs(basis) > 1e-13)
-        places.append((members[local], count_so_far + column))
-        values.append(basis[local, column])
-        count_so_far += rank
-    where = tuple(np.concatenate(part) for part in zip(*places, strict=True))
+    first_point = np.full(blocks, len(images[0]))
+    np.minimum.at(first_point, block, point)
+    first = point == first_point[block]
+    rank = np.rint(np.bincount(block, projector.diagonal(), blocks)).astype(int)
+    column = np.cumsum(rank) - rank
+    entry = sparse.coo_array(projector)
+    row, across = entry.coords
+
+    places, values = [np.empty((2, 0), int)], [np.empty(0)]
+    # Blocks of one kind at a time: there are thousands of blocks, of a few kinds.
+    kinds = np.stack([size, rank, np.bincount(block, first, blocks).astype(int)])
+    for kind in np.unique(kinds[:, rank > 0], axis=1).T:
+        alike = np.flatnonzero((kinds == kind[:, None]).all(axis=0))
+        number = np.full(blocks, -1)
+        number[alike] = np.arange(len(alike))
+        members = order[number[block[order]] >= 0].reshape(len(alike), -1)
+        own = number[block[row]] >= 0
+        dense = np.zeros((len(alike), kind[0], kind[0]))
+        dense[number[block[row[own]]], local[row[own]], local[across[own]]] = entry.data[own]
+        basis = _of_first_point(dense, first[members], int(kind[1]))
+        which, at, independent = np.nonzero(np.abs(basis) > 1e-13)
+        places.append(np.stack([members[which, at], column[alike[which]] + independent]))
+        values.append(basis[which, at, independent])
     return (
-        sparse.csr_matrix((np.concatenate(values), where), shape=(count, count_so_far)),
+        sparse.csr_matrix((np.concatenate(values), tuple(np.hstack(places))), shape=(count, int(rank.sum()))),
         sparse.csr_matrix(projector),
     )
 
 
 def _of_first_point(projector: Array, first: NDArray[np.bool_], rank: int) -> Array:
-    """Basis (m, rank) of a projector's range that is orthonormal on the first point's entries."""
-    vectors = np.linalg.eigh((projector + projector.T) / 2.0)[1][:, -rank:]
-    own = vectors[first]
+    """Bases (k, m, rank) of the ranges of projectors (k, m, m), orthonormal on their first points' entries (k, m)."""
+    vectors = np.linalg.eigh((projector + projector.mT) / 2.0)[1][..., -rank:]
+    own = vectors[first].reshape(len(vectors), -1, rank)
     inverse = np.linalg.pinv(own)
-    if rank == np.count_nonzero(first):
+    if rank == own.shape[1]:
         return vectors @ inverse
-    free = np.linalg.eigh(own @ inverse)[1][:, -rank:]
+    free = np.linalg.eigh(own @ inverse)[1][..., -rank:]
     # Eigenvectors are defined up to a sign: make the largest entry positive.
-    return vectors @ inverse @ (free * np.sign(free[np.abs(free).argmax(axis=0), np.arange(rank)]))
+    largest = np.abs(free).argmax(axis=1)[:, None]
+    return vectors @ inverse @ (free * np.sign(np.take_along_axis(free, largest, axis=1)))
