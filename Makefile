@@ -6,6 +6,9 @@ READY := $(VENV)/.installed
 WARM := $(VENV)/.warmed-up
 DOCS := $(VENV)/.installed-docs
 
+# Modules are compiled once, whatever the environment says: the tests start hundreds of processes.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: demo test lint web docs
 
 demo: $(WARM)

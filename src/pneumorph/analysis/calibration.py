@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.optimize import lsq_linear
-from scipy.stats import t as students
+from scipy.special import stdtrit
 
 from pneumorph.analysis.along import Curve, along, solved_along
 from pneumorph.analysis.constants import (
@@ -215,7 +215,7 @@ def fitted(fit: _Fit, names: Sequence[str], here: _Solved) -> Calibration:
         more = "fit fewer parameters" if len(names) > 1 else "give points at other pressures"
         raise Hopeless(f"the curve does not determine {' and '.join(names)}; {more}")
     deviations = _deviations(slopes, cost)
-    half = students.ppf(0.975, free) * deviations
+    half = stdtrit(free, 0.975) * deviations
     early = np.abs(step) > np.maximum(SHORT, OF_INTERVAL * deviations)
     known = [name for each in here.known.values() for name in each.names]
     made_up = np.linalg.lstsq(slopes, here.slopes(known)[tells], rcond=None)[0] if known else np.zeros((len(names), 0))

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import lsq_linear
-from scipy.stats import qmc
 
 from pneumorph.analysis.explore import Explorer
 from pneumorph.mechanics import Configuration, Equilibrium, NoEquilibrium, Tangent
@@ -144,6 +143,9 @@ class Reaching:
                 q = (np.array([pressures.get(name, 0.0) for name in self._names]) - self._lower) / self._range
                 self._point(np.clip(q, 0.0, 1.0))
         near = [min(self._points, key=goal.distance).q] if self._points else [np.clip(self._rest, 0.0, 1.0)]
+        # Loaded here: it takes a third of a second, and few searches need it.
+        from scipy.stats import qmc
+
         return [*near, *qmc.Sobol(len(self._names), rng=0).random(RESTARTS)]
 
     @property

@@ -106,8 +106,9 @@ def _own(body: Body, samples: Sequence[tuple[Floats, ...]], group: Sequence[Floa
         places.append(np.einsum("mk,mkc->mc", weights, surface.net.reshape(-1, 3)[numbers]))
     x = np.concatenate(places)
     centre, tree, first = np.array([0.0, 0.0, body.exterior.net[-1, 0, 2] / 2.0]), KDTree(x), np.arange(len(x))
-    for operation in group:
-        distance, image = tree.query((x - centre) @ operation.T + centre)
+    # The identity is the first.
+    for operation in group[1:]:
+        distance, image = tree.query((x - centre) @ operation.T + centre, distance_upper_bound=SAME)
         first = np.where(distance < SAME, np.minimum(first, image), first)
     split = np.split(first == np.arange(len(x)), np.cumsum([rows * columns for rows, columns in shapes])[:-1])
     return tuple(mask.reshape(shape) for mask, shape in zip(split, shapes, strict=True))

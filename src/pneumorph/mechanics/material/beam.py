@@ -26,7 +26,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.linalg import solve_banded
 from scipy.optimize import least_squares, root_scalar
-from scipy.stats import t as students
+from scipy.special import stdtrit
 
 SHEAR = 10.0 * 1.5 / (12.0 + 11.0 * 0.5)
 """k of a rectangle of an incompressible rubber."""
@@ -208,7 +208,7 @@ def from_points(strip: Strip, points: np.ndarray) -> BeamModulus:
     square = float(np.sum(answer.fun**2)) / free
     covariance = square * np.linalg.inv(answer.jac.T @ answer.jac)
     # Of 95 % as of a normal distribution, whatever the number of points.
-    wider = float(students.ppf(0.975, free)) / 1.96
+    wider = float(stdtrit(free, 0.975)) / 1.96
 
     def again(other: Strip) -> float:
         # To first order: the change of the line at the fitted parameters is made up for by others.
