@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.spatial.transform import Rotation
 
-from pneumorph.objective.curve import section_targets, smallest_turn
+from pneumorph.objective.curve import section_targets, smallest_turns
 
 FRACTIONS = (np.arange(10) + 0.5) / 10
 
@@ -88,8 +88,9 @@ def test_a_curve_in_a_plane_does_not_twist():
     np.testing.assert_allclose(rotation[:, 1], np.broadcast_to([0.0, 1.0, 0.0], (10, 3)), atol=1e-12)
 
 
-def test_the_smallest_turn():
-    a, b = np.array([0.0, 0.6, 0.8]), np.array([1.0, 0.0, 0.0])
-    R = smallest_turn(a, b)
-    np.testing.assert_allclose(R @ a, b, atol=1e-15)
-    np.testing.assert_allclose(Rotation.from_matrix(R).as_rotvec(), np.pi / 2 * np.cross(a, b), atol=1e-12)
+def test_the_smallest_turns():
+    a, b = np.array([[0.0, 0.6, 0.8], [0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0], [0.6, 0.0, 0.8]])
+    R = smallest_turns(a, b)
+    np.testing.assert_allclose(np.einsum("mij,mj->mi", R, a), b, atol=1e-15)
+    angle = np.arccos([[0.0], [0.8]]) / [[1.0], [0.6]]
+    np.testing.assert_allclose(Rotation.from_matrix(R).as_rotvec(), angle * np.cross(a, b), atol=1e-12)

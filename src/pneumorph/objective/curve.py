@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import accumulate
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -48,14 +48,12 @@ def section_targets(control_points: np.ndarray, degree: int, fractions: np.ndarr
     tangent /= speed
     if np.sum(tangent[:-1] * tangent[1:], axis=1).min() < SHARPEST:
         raise ValueError("the curve reverses its direction at a point; give it a bend there")
-    frames = [smallest_turn(np.array([0.0, 0.0, 1.0]), tangent[0])]
-    for before, after in pairwise(tangent):
-        frames.append(smallest_turn(before, after) @ frames[-1])
-    return curve(at) - curve(0.0), np.array(frames)[np.searchsorted(along, at)]
+    turns = smallest_turns(np.concatenate([[[0.0, 0.0, 1.0]], tangent[:-1]]), tangent)
+    frames = np.array(list(accumulate(turns, lambda frame, turn: turn @ frame)))
+    return curve(at) - curve(0.0), frames[np.searchsorted(along, at)]
 
 
-def smallest_turn(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The rotation (3, 3) by the smallest angle that takes the unit vector a to b, which must not be opposite."""
-    x, y, z = np.cross(a, b)
-    hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + hat + hat @ hat / (1.0 + a @ b)
+def smallest_turns(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The rotations (m, 3, 3) by the smallest angles that take unit vectors a to b (m, 3), none to its opposite."""
+    hat = np.cross(np.eye(3), np.cross(a, b)[:, None])
+    return np.eye(3) + hat + hat @ hat / (1.0 + np.sum(a * b, axis=1))[:, None, None]
