@@ -33,9 +33,10 @@ from pneumorph.analysis.accuracy import BEYOND, refined_model
 from pneumorph.analysis.near import Solved
 from pneumorph.mechanics import Configuration, State, Tangent
 from pneumorph.mechanics.assembly.displacement import Displacement
-from pneumorph.mechanics.elements import solid as solids
 from pneumorph.mechanics.elements.element import TET_CORNER_N, TET_DN, TET_N, TET_WEIGHT
 from pneumorph.mechanics.elements.points import strain
+from pneumorph.mechanics.elements.response import StrainedPoints, stress_at
+from pneumorph.mechanics.elements.solid import Solid
 from pneumorph.mechanics.solve.balance import supported
 from pneumorph.mesh.tets import TET_EDGES, tet_gradient, tet_shape
 from pneumorph.objective import measure_features
@@ -149,15 +150,15 @@ def by_recovery(at: Configuration, tangent: Tangent, state: State, recovered: Ca
     dz, total = nodes.along(adjoint), 0.0
     for elements, energies in model.potential.groups:
         for solid in energies:
-            if not isinstance(solid, solids.Solid):
+            if not isinstance(solid, Solid):
                 continue
             tets, count = elements.nodes[: elements.count], elements.count
             F, A, dF = (np.empty((3, 3, 4, count)) for _ in range(3))
-            strain(at.X[tets], nodes.u[tets], TET_DN, TET_WEIGHT, F, A, np.empty((4, count)))
+            strain(at.X[tets], nodes.u[tets], TET_DN, TET_WEIGHT, F, A, measure := np.empty((4, count)))
             strain(at.X[tets], dz[tets], TET_DN, TET_WEIGHT, dF, A, np.empty((4, count)))
             pi, q = (each.hydrostatic[elements.hydrostatics[:count]] for each in (state, adjoint))
             pi, q = (TET_CORNER_N @ each.T if each.shape[1] else np.zeros((4, count)) for each in (pi, q))
-            _, stress, slope = map(np.array, solids._stress(solid.at(elements.data[:count]), F, pi))
+            _, stress, slope = stress_at(solid.at(elements.data[:count]), StrainedPoints(F, A, pi, measure))
             rough = [stress.reshape(9, 4, count), dF.reshape(9, 4, count), q[None]]
             smooth = np.split(recovered(tets, at.X, np.concatenate(rough)), [9, 18])
             P, Z, Q = (

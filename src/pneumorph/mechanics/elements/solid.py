@@ -1,7 +1,7 @@
-"""Fast derivatives of the solid: JAX differentiates ψ at the quadrature points, Numba kernels do the rest.
+"""Fast derivatives of the solid: those at the quadrature points are in `response.py`, Numba kernels do the rest.
 
-In invariants there are nine second derivatives at a point instead of eighty-one, no geometry is differentiated, and
-what is compiled depends on the kind of rubber alone. A test compares all of it with the general way of `energy.py`.
+No geometry is differentiated, and what is compiled depends on the kind of rubber alone. A test compares all of it with
+the general way of `energy.py`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -21,6 +21,15 @@ from pneumorph.mechanics.elements import points
 from pneumorph.mechanics.elements.element import TET_CORNER_N, TET_DN, TET_WEIGHT, tet_energies
 from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces, Pulled
 from pneumorph.mechanics.elements.kinematics import volume_ratio
+from pneumorph.mechanics.elements.response import (
+    Along,
+    StrainedPoints,
+    along_at,
+    couplings_at,
+    invariant_derivatives,
+    moduli_at,
+    stress_at,
+)
 from pneumorph.mechanics.elements.stiffness import (
     coupling_blocks,
     element_blocks,
@@ -29,7 +38,7 @@ from pneumorph.mechanics.elements.stiffness import (
     node_blocks,
 )
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
-from pneumorph.mechanics.material.energies import Energy, Invariants, invariants
+from pneumorph.mechanics.material.energies import Energy
 from pneumorph.mechanics.material.memory import PointParameters
 from pneumorph.threads import each
 
@@ -58,7 +67,7 @@ class Solid(ElementEnergy):
 
         def work(chunk: slice) -> float:
             here, own = strained(elements, at, chunk), self.at(at.data[chunk])
-            psi, stress, slope = map(np.array, _stress(own, here.F, here.hydrostatic))
+            psi, stress, slope = stress_at(own, here)
             points.nodal_forces(stress, here.A, here.measure, TET_DN, u[chunk])
             # Searches look at states so far away that their energy is not finite, and see it by the result.
             with np.errstate(over="ignore", invalid="ignore"):
@@ -90,7 +99,7 @@ class Solid(ElementEnergy):
             here, (dF, dA, growth) = strained(elements, at, chunk), _room(elements)
             points.straining(along.X[chunk], along.u[chunk], TET_DN, here.F, here.A, dF, dA, growth)
             dhydrostatic = _at_points(along.hydrostatic[chunk], elements.chunk)
-            stress, slope, dstress, dslope = _along(self.at(at.data[chunk]), here)(dF, dhydrostatic)
+            stress, slope, dstress, dslope = along_at(self.at(at.data[chunk]), here)(dF, dhydrostatic)
             # The forces ∫ P : δF are linear in the stress, in A and in the volumes: each changes in its turn.
             with_A = np.empty((elements.chunk, 10, 3))
             points.nodal_forces(dstress + growth * stress, here.A, here.measure, TET_DN, u[chunk])
@@ -193,15 +202,12 @@ class Solid(ElementEnergy):
             excess = None if ratios is None else float(self.parameters[-1]) * (ratios[:, chunk] - volume_ratio(here.F))
             if self.energy_density.of_invariants is not None:
                 # Nine derivatives instead of eighty-one: half the time of the whole assembly.
-                by_invariants = np.array(_invariant_derivatives(own, here.F, here.hydrostatic)[0])
+                by_invariants = np.array(invariant_derivatives(own, here.F, here.hydrostatic)[0])
                 if excess is not None:
                     by_invariants[2] += excess
                 invariant_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
             else:
-                moduli = np.array(_moduli(own, here.F, here.hydrostatic, here.measure))
-                if excess is not None:
-                    moduli += here.measure * excess * _second_of_ratio(here.F)
-                element_blocks(moduli, here.A, TET_DN, motion[chunk])
+                element_blocks(moduli_at(own, here, excess), here.A, TET_DN, motion[chunk])
             if corners:
                 _couple(own, here, coupling[chunk], compression[chunk])
 
@@ -227,11 +233,10 @@ class Solid(ElementEnergy):
         def work(chunk: slice) -> None:
             here, own = strained(elements, at, chunk), self.at(at.data[chunk])
             if self.energy_density.of_invariants is not None:
-                by_invariants = np.array(_invariant_derivatives(own, here.F, here.hydrostatic)[0])
+                by_invariants = np.array(invariant_derivatives(own, here.F, here.hydrostatic)[0])
                 invariant_node_blocks(here.measure * by_invariants[:9], here.F, here.A, TET_DN, motion[chunk])
             else:
-                moduli = np.array(_moduli(own, here.F, here.hydrostatic, here.measure))
-                node_blocks(moduli, here.A, TET_DN, motion[chunk])
+                node_blocks(moduli_at(own, here), here.A, TET_DN, motion[chunk])
             if corners:
                 _couple(own, here, coupling[chunk], compression[chunk])
 
@@ -261,7 +266,7 @@ class Remembering(Solid):
 
 def _couple(solid: Solid, here: StrainedPoints, coupling: np.ndarray, compression: np.ndarray) -> None:
     """Fill the blocks by u and π, and by π and π, of a chunk."""
-    slopes, among = map(np.array, _couplings(solid, here.F, here.hydrostatic, here.measure))
+    slopes, among = couplings_at(solid, here)
     coupling_blocks(slopes, here.A, TET_DN, TET_CORNER_N, coupling)
     compression[:] = np.einsum("qe,qc,qd->ecd", among, TET_CORNER_N, TET_CORNER_N, optimize=True)
 
@@ -274,15 +279,6 @@ def _forces(at: Local, u: np.ndarray, hydrostatic: np.ndarray) -> Forces:
 def corner_hydrostatics(local: Local) -> Array:
     """π at the corners of tetrahedra (E, 4); zero, and unused, without mixed elements."""
     return local.hydrostatic if local.hydrostatic.shape[1] else jnp.zeros((local.X.shape[0], 4))
-
-
-class StrainedPoints(NamedTuple):
-    """The quadrature points of a chunk: F and A = ∂ξ/∂X (3, 3, 4, C), π and the volumes (4, C)."""
-
-    F: np.ndarray
-    A: np.ndarray
-    hydrostatic: np.ndarray
-    measure: np.ndarray
 
 
 def strained(elements: Connectivity, at: Local, chunk: slice) -> StrainedPoints:
@@ -298,115 +294,14 @@ def _at_points(hydrostatic: np.ndarray, count: int) -> np.ndarray:
     return TET_CORNER_N @ hydrostatic.T if hydrostatic.shape[1] else np.zeros((4, count))
 
 
-Along = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
 Linearised = tuple[slice, StrainedPoints, Along]
 
 
 def _linearised(solid: Solid, elements: Connectivity, at: Local, chunk: slice, several: bool) -> Linearised:
     here = strained(elements, at, chunk)
-    return chunk, here, _along(solid.at(at.data[chunk]), here, several)
-
-
-def _along(solid: Solid, here: StrainedPoints, several: bool = False) -> Along:
-    """A function of (δF, δπ): ∂ψ/∂F and ∂ψ/∂π, and how they change along these.
-
-    Without invariants all second derivatives are the dearer way to one direction, and the cheaper one to several.
-    """
-    # Copies, here as elsewhere: JAX's arrays are read-only, for which Numba would compile its kernels once more.
-    F, hydrostatic = here.F, here.hydrostatic
-    if solid.energy_density.of_invariants is not None:
-        by_invariants, slope = map(np.array, _invariant_derivatives(solid, F, hydrostatic))
-
-        def by_kernel(dF: np.ndarray, dhydrostatic: np.ndarray):
-            stress, dstress, dslope = np.empty(dF.shape), np.empty(dF.shape), np.empty(dhydrostatic.shape)
-            points.stress_along(by_invariants, F, dF, dhydrostatic, stress, dstress, dslope)
-            return stress, slope, dstress, dslope
-
-        return by_kernel
-    if not several:
-
-        def by_jax(dF: np.ndarray, dhydrostatic: np.ndarray):
-            stress, slope, dstress, dslope = map(np.array, _stress_along(solid, F, hydrostatic, dF, dhydrostatic))
-            return stress, slope, dstress, dslope
-
-        return by_jax
-    _, stress, slope = map(np.array, _stress(solid, F, hydrostatic))
-    one = np.ones(hydrostatic.shape)
-    moduli = np.array(_moduli(solid, F, hydrostatic, one))
-    mixed, among = map(np.array, _couplings(solid, F, hydrostatic, one))
-
-    def by_moduli(dF: np.ndarray, dhydrostatic: np.ndarray):
-        flat = dF.reshape(9, *hydrostatic.shape)
-        dstress = np.einsum("abqe,bqe->aqe", moduli, flat) + mixed * dhydrostatic
-        return stress, slope, dstress.reshape(dF.shape), np.einsum("aqe,aqe->qe", mixed, flat) + among * dhydrostatic
-
-    return by_moduli
-
-
-_PERMUTATION = np.array([[[(i - j) * (j - k) * (k - i) / 2.0 for k in range(3)] for j in range(3)] for i in range(3)])
-
-
-def _second_of_ratio(F: np.ndarray) -> np.ndarray:
-    """∂²J/∂F∂F (9, 9, 4, C)."""
-    second = np.einsum("ikm,jln,mn...->ijkl...", _PERMUTATION, _PERMUTATION, F)
-    return second.reshape(9, 9, *F.shape[2:])
+    return chunk, here, along_at(solid.at(at.data[chunk]), here, several)
 
 
 def _room(elements: Connectivity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Empty arrays for δF, δA and tr(A δJ) of a chunk."""
     return np.empty((3, 3, 4, elements.chunk)), np.empty((3, 3, 4, elements.chunk)), np.empty((4, elements.chunk))
-
-
-@jax.jit
-def _stress(solid: Solid, F: Values, hydrostatic: Values) -> tuple[Array, Array, Array]:
-    """ψ (4, C), ∂ψ/∂F (3, 3, 4, C) and ∂ψ/∂π (4, C)."""
-    value, back = jax.vjp(lambda F, hydrostatic: solid.energy_density(F, hydrostatic, solid.parameters), F, hydrostatic)
-    return value, *back(jnp.ones_like(value))
-
-
-@jax.jit
-def _stress_along(solid: Solid, F: Values, hydrostatic: Values, dF: Values, dhydrostatic: Values):
-    """∂ψ/∂F and ∂ψ/∂π, and how they change along (dF, dπ)."""
-
-    def energy(F, hydrostatic):
-        return jnp.sum(solid.energy_density(F, hydrostatic, solid.parameters))
-
-    here, along = jax.jvp(jax.grad(energy, argnums=(0, 1)), (F, hydrostatic), (dF, dhydrostatic))
-    return *here, *along
-
-
-@jax.jit
-def _moduli(solid: Solid, F: Values, hydrostatic: Values, measure: Values) -> Array:
-    """∂²ψ/∂F∂F times the points' volumes, (9, 9, 4, C)."""
-    stress = jax.grad(lambda F: jnp.sum(solid.energy_density(F, hydrostatic, solid.parameters)))
-    units = jnp.broadcast_to(jnp.eye(9).reshape(9, 3, 3, 1, 1), (9, *F.shape))
-    rows = jax.vmap(lambda unit: jax.jvp(stress, (F,), (unit,))[1])(units)
-    return measure * rows.reshape(9, 9, *measure.shape)
-
-
-@jax.jit
-def _invariant_derivatives(solid: Solid, F: Values, hydrostatic: Values) -> tuple[Array, Array]:
-    """Derivatives (13, 4, C) of ψ by the invariants of F and by π, as `points.stress_along` has them; and ∂ψ/∂π."""
-    psi = solid.energy_density.of_invariants
-    assert psi is not None
-    at = (*invariants(F), hydrostatic)
-
-    def slopes(*at):
-        return jax.grad(lambda *at: jnp.sum(psi(Invariants(*at[:3]), at[3], solid.parameters)), (0, 1, 2, 3))(*at)
-
-    units = [tuple(jnp.full_like(hydrostatic, float(i == k)) for i in range(4)) for k in range(4)]
-    rows = [jax.jvp(slopes, at, unit) for unit in units]
-    first, second = rows[0][0], [along for _, along in rows]
-    by_invariants = [second[i][j] for i in range(3) for j in range(i, 3)]
-    return jnp.stack([*first[:3], *by_invariants, *second[3]]), first[3]
-
-
-@jax.jit
-def _couplings(solid: Solid, F: Values, hydrostatic: Values, measure: Values) -> tuple[Array, Array]:
-    """∂²ψ/∂F∂π (9, 4, C) and ∂²ψ/∂π² (4, C) times the points' volumes."""
-
-    def dilation(F, hydrostatic):
-        return jnp.sum(jax.grad(lambda q: jnp.sum(solid.energy_density(F, q, solid.parameters)))(hydrostatic))
-
-    by_F, by_hydrostatic = jax.grad(dilation, argnums=(0, 1))(F, hydrostatic)
-    return measure * by_F.reshape(9, *measure.shape), measure * by_hydrostatic

@@ -34,7 +34,7 @@ class Energy:
         The same energy as a function of the `Invariants` of F in its place, where it depends on them alone: all its
         second derivatives by F then follow from nine by the invariants.
     of_stretches : callable, optional
-        The same as a function of the logarithms (3, …) of isochoric principal stretches in place of F.
+        The same as a function of the principal `Stretches` of F in its place.
     """
 
     function: Callable[..., Array]
@@ -63,7 +63,8 @@ def along_parameters(energy: Energy) -> Energy:
 
     if (shape := energy.of_invariants) is not None:
         return by_invariants(along(shape))
-    return Energy(along(energy.function))
+    of_stretches = None if energy.of_stretches is None else along(energy.of_stretches)
+    return Energy(along(energy.function), of_stretches=of_stretches)
 
 
 def determinant(F: Array) -> Array:
@@ -98,6 +99,13 @@ class Invariants(NamedTuple):
 
     first: Array
     second: Array
+    ratio: Array
+
+
+class Stretches(NamedTuple):
+    """The logarithms (3, …) of the principal stretches of deformation gradients, and J = det F (…)."""
+
+    logs: Array
     ratio: Array
 
 
@@ -198,9 +206,9 @@ def _ogden(F: Array, parameters: Array) -> Array:
     return jnp.sum(2.0 * modulus / exponent**2 * (powers * jnp.exp(-exponent * isochoric) - 3.0), axis=0)
 
 
-def _ogden_of_stretches(logs: Array, parameters: Array) -> Array:
-    modulus, exponent = _terms(parameters, logs.ndim - 1)
-    powers = jnp.exp(exponent * logs[:, None]).sum(axis=0)
+def _ogden_of_stretches(of: Stretches, parameters: Array) -> Array:
+    modulus, exponent = _terms(parameters, of.ratio.ndim)
+    powers = jnp.exp(exponent * (of.logs - log_ratio(of.ratio) / 3.0)[:, None]).sum(axis=0)
     return jnp.sum(2.0 * modulus / exponent**2 * (powers - 3.0), axis=0)
 
 

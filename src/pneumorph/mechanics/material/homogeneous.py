@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.mechanics.material.energies import Energy, Invariants
+from pneumorph.mechanics.material.energies import Energy, Invariants, Stretches
 
 DIRECTIONS = {"uniaxial": (1.0, -0.5), "equibiaxial": (1.0, 1.0), "planar": (1.0, 0.0)}
 """Logarithms of the first two principal stretches over that of the first, of each mode."""
@@ -113,7 +113,7 @@ def principal_energy(energy: Energy, parameters: jax.Array, logs: jax.Array) -> 
     """
     # Without F, which takes ten times as long to compile.
     if energy.of_stretches is not None:
-        return energy.of_stretches(logs, parameters)
+        return energy.of_stretches(Stretches(logs, jnp.ones(logs.shape[1:])), parameters)
     if energy.of_invariants is not None:
         squares = jnp.exp(2.0 * logs)
         at = Invariants(squares.sum(0), (1.0 / squares).sum(0), jnp.ones(logs.shape[1:]))

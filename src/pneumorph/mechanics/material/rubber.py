@@ -71,11 +71,18 @@ def complete(isochoric: Energy) -> Energy:
 def with_volume(isochoric: Energy, volumetric: Callable[..., Array]) -> Energy:
     """The energy ψ_iso(F, parameters) + U(J, …, parameters) as a function of (F, …, parameters).
 
-    It is a function of invariants if ψ_iso is one.
+    It is a function of invariants, or of stretches, if ψ_iso is one.
     """
-    if (shape := isochoric.of_invariants) is not None:
-        return by_invariants(lambda of, *rest: shape(of, rest[-1]) + volumetric(of.ratio, *rest))
-    return Energy(lambda F, *rest: isochoric(F, rest[-1]) + volumetric(determinant(F), *rest))
+
+    def whole(shape: Callable[..., Array]) -> Callable[..., Array]:
+        return lambda of, *rest: shape(of, rest[-1]) + volumetric(of.ratio, *rest)
+
+    if isochoric.of_invariants is not None:
+        return by_invariants(whole(isochoric.of_invariants))
+    of_stretches = None if isochoric.of_stretches is None else whole(isochoric.of_stretches)
+    return Energy(
+        lambda F, *rest: isochoric(F, rest[-1]) + volumetric(determinant(F), *rest), of_stretches=of_stretches
+    )
 
 
 def nominal_stress(energy: Energy, F: np.ndarray, *rest: ArrayLike) -> np.ndarray:
