@@ -1,12 +1,12 @@
 """How proposals' bodies are best chosen: random numbers, or what Optuna learns from the bodies before.
 
-    python benchmarks/proposals.py pool runs/pool --candidates 60     # designs bodies of every target; resumable
-    python benchmarks/proposals.py compare runs/pool                  # compares the ways to choose among them
+    python benchmarks/proposals.py runs/targets
 
-Designs are expensive, so bodies are designed once: the pool. A way to choose then names coordinates of a body, and gets
-the nearest body of the same layout in the pool that it has not had yet. So all ways see the same bodies, at the same
-cost, and only the order in which they find them differs. A start and a design after it cost one each; what is compared
-is the best body that was designed to the end. The comparison needs optuna and cmaes.
+Designs are expensive, so the bodies that searches for random targets (`benchmarks/targets.py`) have designed are used
+again. A way to choose names coordinates of a body, and gets the nearest body of the same layout of the same target that
+it has not had yet. So all ways see the same bodies, at the same cost, and only the order in which they find them
+differs. A start costs one, and the first two designs after it two more; what is compared is the motion of the best body
+that got these. The comparison needs optuna and cmaes.
 """
 
 from __future__ import annotations
@@ -14,52 +14,30 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import shutil
-import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from targets import asked_for
 
 from pneumorph.proposals import Target
-from pneumorph.proposals.candidates import draw_candidate, suited
+from pneumorph.proposals.candidates import Candidate, draw_candidate, suited
 from pneumorph.proposals.search import KEPT
 from pneumorph.run import open_run
-from pneumorph.study.members import run_member
 
-DESIGNS = 1
-"""Designs of a body after its start."""
+DESIGNS = 2
+"""Designs of a body after its start, as many as every candidate of a search makes."""
 
-SIZE = "4 mm"
-"""Of the elements: the pool is to be cheap."""
-
-_SMALL = {
-    "material": {"name": "Hei-Cast 8400"},
-    "space": {"length": "24 mm", "radius": "9 mm"},
-    "limits": {"wall": "1.5 mm"},
-}
-TARGETS = {
-    "bend": _SMALL | {"pressure": {"max": "60 kPa"}, "task": [{"name": "bend", "objective": {"motion": "bending_y"}}]},
-    "twist": _SMALL
-    | {
-        "pressure": {"max": "80 kPa"},
-        "end_effector": {"spring": {"torsion": "50 N*mm/rad"}},
-        "task": [{"name": "twist", "objective": {"motion": "twist"}}],
-    },
-    "lift": _SMALL
-    | {
-        "pressure": {"max": "60 kPa"},
-        "end_effector": {"force": ["-0.3 N", "0 N", "0 N"]},
-        "task": [{"name": "lift", "objective": {"motion": "shift_x"}}],
-    },
-}
+SEEDS = {"large": 2, "stated": 1}
+"""Of the searches of a target."""
 
 
 class Recorded:
-    """Random numbers of a body, of which the last ones that were used are kept."""
+    """Random numbers, which are kept."""
 
     def __init__(self, seed: int, index: int):
         self._rng, self.used = np.random.default_rng([seed, index]), []
@@ -72,41 +50,8 @@ class Recorded:
         return self.used[-1]
 
 
-def pool(out: Path, count: int, seed: int, until: float) -> None:
-    """Design so many bodies of every target; what is in the files is not designed again."""
-    out.mkdir(parents=True, exist_ok=True)
-    end = time.monotonic() + 60.0 * until
-    for index in range(count):
-        for name, content in TARGETS.items():
-            path = out / f"{name}-{index:03d}.json"
-            if path.exists():
-                continue
-            if time.monotonic() > end:
-                return
-            target = Target.model_validate(content)
-            layouts, _ = suited(target)
-            layout = layouts[index % len(layouts)]
-            numbers = Recorded(seed, index)
-            drawn = draw_candidate(target, layout, path.stem, numbers)
-            found = {"layout": layout.name, "words": drawn.words, "numbers": numbers.used, "values": [], "seconds": 0.0}
-            if drawn.problem is not None:
-                folder = out / path.stem
-                problem = drawn.problem.with_changes({"optimizer.iterations": DESIGNS, "mesh.size": SIZE})
-                shutil.rmtree(folder, ignore_errors=True)
-                ended = run_member(path.stem, problem, str(folder), lambda _, entry: None, False)
-                history = open_run(folder).history() if (folder / "problem.toml").exists() else []
-                found |= {
-                    "values": [each.objective if each.held else None for each in history],
-                    "seconds": sum(each.seconds["total"] for each in history),
-                    "end": ended.reason,
-                }
-                shutil.rmtree(folder, ignore_errors=True)
-            path.write_text(json.dumps(found))
-            print(path.stem, found["words"], found["values"], f"{found['seconds']:.0f} s", flush=True)
-
-
 class Body(NamedTuple):
-    """A body of the pool: its layout and coordinates, and its objectives at the start and after its designs."""
+    """A body that was designed: its layout and coordinates, and minus its least motion at the start and in the end."""
 
     layout: str
     numbers: tuple[float, ...]
@@ -114,14 +59,46 @@ class Body(NamedTuple):
     end: float
 
 
-def bodies_of(out: Path, target: str) -> list[Body]:
-    """The bodies of a target; the objective is infinite where there is no state or limits are violated."""
+def drawn_again(target: Target, seed: int, index: int) -> tuple[Candidate, tuple[float, ...]]:
+    """A candidate of a search, and the numbers of the draw that fitted, without those of the draws before it."""
+    layouts, _ = suited(target)
+    layout, numbers = layouts[index % len(layouts)], Recorded(seed, index)
+    found = draw_candidate(target, layout, f"{index + 1:02d}-{layout.name}", numbers)
+    for first in reversed(range(len(numbers.used))):
+        # A draw that takes more numbers than these has begun before them.
+        with suppress(StopIteration):
+            alone = draw_candidate(target, layout, found.name, iter(numbers.used[first:]))
+            if alone.problem == found.problem:
+                return found, tuple(numbers.used[first:])
+    return found, tuple(numbers.used)
+
+
+def motion(folder: Path, designs: int) -> float:
+    """Minus the least motion of all tasks after so many designs at most; infinite where limits are violated."""
+    run = open_run(folder)
+    entries = [each for each in run.history() if each.iteration <= designs]
+    if not entries or not entries[-1].held:
+        return math.inf
+    return -min(task.objective.achieved(entries[-1].tasks[task.name]).value for task in run.problem.task)
+
+
+def bodies_of(out: Path, index: int) -> list[Body]:
+    """The bodies that both searches for a target have designed."""
+    row = json.loads((out / f"{index:03d}.json").read_text())
+    asked = {"large": None, "stated": row["stated"]}
     found = []
-    for path in sorted(out.glob(f"{target}-*.json")):
-        data = json.loads(path.read_text())
-        values = [math.inf if each is None else each for each in data["values"]]
-        start = values[0] if values else math.inf
-        found.append(Body(data["layout"], tuple(data["numbers"]), start, min(values, default=math.inf)))
+    for kind, seed in SEEDS.items():
+        target = Target.model_validate(row["target"] | asked_for(row["class"], asked[kind]))
+        folder = out / f"{index:03d}" / kind
+        count = sum(not each.name.endswith("-fine") for each in folder.iterdir())
+        for number in range(count):
+            candidate, numbers = drawn_again(target, seed, number)
+            run = folder / candidate.name
+            if not (run / "problem.toml").exists():
+                continue
+            if open_run(run).problem.body != candidate.posed.body:
+                raise SystemExit(f"{run}: its body is not the one that is drawn now; search again with this version")
+            found.append(Body(candidate.layout, numbers, motion(run, 0), motion(run, DESIGNS)))
     return found
 
 
@@ -136,13 +113,13 @@ def in_turn(bodies: list[Body], rng: np.random.Generator) -> list[Body]:
 
 def at_random(bodies: list[Body], budget: int, seed: int) -> float:
     """Every body is designed to the end."""
-    return min(each.end for each in in_turn(bodies, np.random.default_rng(seed))[: budget // 2])
+    return min(each.end for each in in_turn(bodies, np.random.default_rng(seed))[: budget // (1 + DESIGNS)])
 
 
 def halved(bodies: list[Body], budget: int, seed: int) -> float:
     """All are begun, and the best third of them goes on, as in a search."""
-    begun = in_turn(bodies, np.random.default_rng(seed))[: int(budget / (1.0 + KEPT))]
-    best = sorted(begun, key=lambda each: each.start)[: budget - len(begun)]
+    begun = in_turn(bodies, np.random.default_rng(seed))[: int(budget / (1.0 + KEPT * DESIGNS))]
+    best = sorted(begun, key=lambda each: each.start)[: (budget - len(begun)) // DESIGNS]
     return min(each.end for each in best)
 
 
@@ -154,7 +131,7 @@ def by_optuna(bodies: list[Body], budget: int, seed: int, sampler: str) -> float
     layouts = sorted({each.layout for each in bodies})
     # CMA-ES has continuous coordinates alone: a study for every layout, in turn; TPE chooses the layout too.
     groups = [layouts] if sampler == "tpe" else [[each] for each in layouts]
-    pruner = optuna.pruners.HyperbandPruner(min_resource=1, max_resource=2, reduction_factor=3)
+    pruner = optuna.pruners.HyperbandPruner(min_resource=1, max_resource=1 + DESIGNS, reduction_factor=3)
 
     def study_of(number: int) -> Any:
         if sampler == "tpe":
@@ -172,7 +149,8 @@ def by_optuna(bodies: list[Body], budget: int, seed: int, sampler: str) -> float
         layout = trial.suggest_categorical("layout", layouts) if sampler == "tpe" else group[0]
         alike = [each for each in left if each.layout == layout]
         if not alike:
-            study.tell(trial, state=optuna.trial.TrialState.FAIL)
+            # As a body that does not move, so that the next one is of another layout.
+            study.tell(trial, 0.0)
             continue
         point = [trial.suggest_float(f"{layout}{k}", 0.0, 1.0) for k in range(len(alike[0].numbers))]
         body = min(alike, key=lambda each: math.dist(each.numbers, point))
@@ -182,12 +160,15 @@ def by_optuna(bodies: list[Body], budget: int, seed: int, sampler: str) -> float
             study.tell(trial, state=optuna.trial.TrialState.FAIL)
             continue
         trial.report(body.start, 1)
-        if trial.should_prune() or spent == budget:
+        if trial.should_prune() or spent + DESIGNS > budget:
             study.tell(trial, state=optuna.trial.TrialState.PRUNED)
             continue
-        spent += 1
+        spent += DESIGNS
         best = min(best, body.end)
-        study.tell(trial, body.end)
+        if math.isfinite(body.end):
+            study.tell(trial, body.end)
+        else:
+            study.tell(trial, state=optuna.trial.TrialState.FAIL)
     return best
 
 
@@ -199,40 +180,35 @@ WAYS: dict[str, Callable[[list[Body], int, int], float]] = {
 }
 
 
-def compare(out: Path, names: Sequence[str], budgets: Sequence[int], repeats: int) -> None:
-    """Print, for every target, the mean share of the pool that is better than what each way finds."""
+def compare(out: Path, budgets: Sequence[int], repeats: int) -> None:
+    """Print, for every target, the mean share of its bodies that is better than what each way finds."""
     print("| target | bodies | budget | " + " | ".join(WAYS) + " |")
     print("|---|---|---|" + "---|" * len(WAYS))
-    for name in names:
-        bodies = bodies_of(out, name)
+    every: dict[int, list[np.ndarray]] = {budget: [] for budget in budgets}
+    for index in sorted(int(path.stem) for path in out.glob("*.json")):
+        name = json.loads((out / f"{index:03d}.json").read_text())["class"]
+        bodies = bodies_of(out, index)
         ends = np.array([each.end for each in bodies])
         for budget in budgets:
-            cells = []
-            for way in WAYS.values():
-                found = [way(bodies, budget, seed) for seed in range(repeats)]
-                ranks = np.array([(ends < each).mean() for each in found])
-                cells.append(f"{100 * ranks.mean():.0f} ± {100 * ranks.std(ddof=1) / math.sqrt(repeats):.1f} %")
+            found = np.array([[way(bodies, budget, seed) for seed in range(repeats)] for way in WAYS.values()])
+            shares = 100.0 * (ends < found[..., None]).mean(axis=2)
+            every[budget].append(shares.mean(axis=1))
+            errors = shares.std(axis=1, ddof=1) / math.sqrt(repeats)
+            cells = [f"{mean:.0f} ± {error:.1f} %" for mean, error in zip(every[budget][-1], errors, strict=True)]
             print(f"| {name} | {len(bodies)} | {budget} | " + " | ".join(cells) + " |", flush=True)
+    for budget, rows in every.items():
+        means, errors = np.mean(rows, axis=0), np.std(rows, axis=0, ddof=1) / math.sqrt(len(rows))
+        cells = [f"{mean:.1f} ± {error:.1f} %" for mean, error in zip(means, errors, strict=True)]
+        print(f"| all {len(rows)} | | {budget} | " + " | ".join(cells) + " |")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    commands = parser.add_subparsers(dest="command", required=True)
-    make = commands.add_parser("pool")
-    make.add_argument("out", type=Path)
-    make.add_argument("--candidates", type=int, default=60)
-    make.add_argument("--seed", type=int, default=0)
-    make.add_argument("--minutes", type=float, default=600.0)
-    among = commands.add_parser("compare")
-    among.add_argument("out", type=Path)
-    among.add_argument("--targets", nargs="+", choices=list(TARGETS), default=list(TARGETS))
-    among.add_argument("--budgets", type=int, nargs="+", default=[8, 16])
-    among.add_argument("--repeats", type=int, default=50)
+    parser.add_argument("out", type=Path, help="of benchmarks/targets.py")
+    parser.add_argument("--budgets", type=int, nargs="+", default=[12, 24])
+    parser.add_argument("--repeats", type=int, default=40)
     asked = parser.parse_args()
-    if asked.command == "compare":
-        compare(asked.out, asked.targets, asked.budgets, asked.repeats)
-    else:
-        pool(asked.out, asked.candidates, asked.seed, asked.minutes)
+    compare(asked.out, asked.budgets, asked.repeats)
 
 
 if __name__ == "__main__":

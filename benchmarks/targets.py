@@ -69,6 +69,19 @@ def drawn(
     return name, content, float(share)
 
 
+def asked_for(name: str, stated: Sequence[float] | None) -> dict[str, Any]:
+    """The tasks of a class: with the motions that are stated, or as far as they go."""
+    if stated is None:
+        return {"task": [{"name": each, "objective": {"motion": each}} for each in CLASSES[name]]}
+    units = ["mm" if each in ("extension", "shift_x") else "deg" for each in CLASSES[name]]
+    goals = zip(CLASSES[name], stated, units, strict=True)
+    return {
+        "task": [
+            {"name": each, "objective": {"kind": "motion", each: f"{value} {unit}"}} for each, value, unit in goals
+        ]
+    }
+
+
 def searched(content: Mapping[str, Any], out: Path, plan: Plan) -> Proposal | None:
     """The best of a search, in this process."""
 
@@ -92,17 +105,13 @@ def tried(index: int, asked: argparse.Namespace, plan: Plan, large: Plan) -> dic
     """State a target and search bodies for it."""
     name, content, share = drawn(asked.seed, index, tuple(asked.lengths), asked.classes)
     folder, start = asked.out / f"{index:03d}", time.monotonic()
-    most = {"task": [{"name": each, "objective": {"motion": each}} for each in CLASSES[name]]}
-    reached = motions(searched(content | most, folder / "large", large))
+    reached = motions(searched(content | asked_for(name, None), folder / "large", large))
     found: dict[str, Any] = {"class": name, "target": content, "share": share, "largest": reached}
     if reached is None or min(reached) <= 0.0:
         return found | {"stated": None}
-    units = ["mm" if each in ("extension", "shift_x") else "deg" for each in CLASSES[name]]
-    stated = [round(share * min(reached), 3)] * len(units)
-    goals = zip(CLASSES[name], stated, units, strict=True)
-    tasks = [{"name": each, "objective": {"kind": "motion", each: f"{value} {unit}"}} for each, value, unit in goals]
+    stated = [round(share * min(reached), 3)] * len(CLASSES[name])
     begun = time.monotonic()
-    best = motions(searched(content | {"task": tasks}, folder / "stated", plan))
+    best = motions(searched(content | asked_for(name, stated), folder / "stated", plan))
     gaps = None if best is None else [abs(one - other) for one, other in zip(best, stated, strict=True)]
     return found | {
         "stated": stated,

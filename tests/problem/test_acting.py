@@ -1,5 +1,7 @@
 """Loads of tasks of their own, and motions that are held."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from tiny import tiny
@@ -94,3 +96,25 @@ def test_a_symmetric_body_twists_under_a_moment_alone():
     with pytest.raises(ProblemError, match="twist is ruled out"):
         with_loads(motion="twist")
     with_loads('moment = ["0 N*mm", "0 N*mm", "2 N*mm"]', motion="twist")
+
+
+POINTS = '[[%s, "0 mm"], [%s, "9 mm"], [%s, "18 mm"], [%s, "26 mm"]]'
+CURVE = f'{{ kind = "match_curve", sections = 4, control_points = {POINTS} }}'
+
+
+@pytest.mark.parametrize(
+    ("places", "own", "ruled_out"),
+    [
+        ([(0, 0), (0, 0), (3, 0), (6, 0)], "", 'shift_x is ruled out by body.symmetry, mirror "yz"'),
+        ([(0, 0), (0, 0), (0, 3), (0, 3)], "", 'shift_y is ruled out by body.symmetry, mirror "xz"'),
+        ([(0, 0), (0, 0), (0, 0), (0, 0)], "", ""),
+        # The load breaks the symmetry of states, as the weight of a horizontal arm does.
+        ([(0, 0), (0, 0), (3, 0), (6, 0)], 'force = ["0.1 N", "0 N", "0 N"]', ""),
+    ],
+)
+def test_a_symmetric_body_follows_a_curve_under_a_load_alone(places, own, ruled_out):
+    words = tuple(f'"{x} mm", "{y} mm"' for x, y in places)
+    text = tiny(objective=CURVE % words + "\n" + own)
+    text = text.replace("[[body.chamber]]", 'symmetry = { mirror = ["xz", "yz"] }\n[[body.chamber]]')
+    with pytest.raises(ProblemError, match=ruled_out) if ruled_out else nullcontext():
+        loads(text)

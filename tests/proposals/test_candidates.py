@@ -266,3 +266,27 @@ def test_thread_in_one_sense_is_wound_against_the_twist_that_is_asked(motion, si
 def test_a_target_for_which_no_body_is_found_is_refused_before_any_is_designed(tmp_path, asked, words):
     with pytest.raises(ProblemError, match=words):
         propose(asked, tmp_path, Plan(candidates=4), lambda *_: pytest.fail("nothing is designed"), 1)
+
+
+S_CURVE = ((0, 0), (0, 20), (8, 40), (16, 60), (16, 80))
+CURVE = {"kind": "match_curve", "sections": 4, "control_points": [[f"{x} mm", "0 mm", f"{z} mm"] for x, z in S_CURVE]}
+
+
+def test_rows_of_chambers_around_the_axis_are_for_curves():
+    said = suited(target("bending_y", "-bending_x"))[1]
+    assert "curves and poses" in said["segments"]
+    asked = target(length=80.0, radius=16.0, task=[{"name": "shape", "objective": CURVE}])
+    found = drawn_as(asked, "segments", 6)
+    assert {len(each.problem.body.chamber) for each in found} == {4, 6}
+    for candidate in found:
+        chambers = candidate.problem.body.chamber
+        lower, upper = chambers[: len(chambers) // 2], chambers[len(chambers) // 2 :]
+        assert [each.center for each in lower] == [each.center for each in upper]
+        assert max(each.span[1] for each in lower) + asked.limits.wall <= min(each.span[0] for each in upper)
+        assert set(candidate.problem.task[0].pressure) == {each.name for each in chambers}
+
+
+def test_bodies_for_a_curve_are_no_more_symmetric_than_it():
+    asked = target(length=80.0, radius=16.0, task=[{"name": "shape", "objective": CURVE}])
+    [found] = drawn_as(asked, "central", 1)
+    assert found.problem.body.symmetry.mirror == ("xz",)

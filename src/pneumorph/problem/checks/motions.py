@@ -51,6 +51,13 @@ def _asked(problem: Tables, index: int, task: Task) -> Iterator[tuple[str, str]]
     """The motions that must not be zero in a task, and their keys."""
     for motion, (key, _) in task.objective.asked_motions.items():
         yield motion, f"task[{index}].objective.{key}"
+    if not task.objective.asked_motions:
+        # A curve or a pose that is not on the axis.
+        about = task.objective.bends(problem.tubes.length)
+        x, y = (0.0, 0.0) if about is None else (about[1], about[0])
+        for motion, sideways in (("shift_x", x), ("shift_y", y)):
+            if abs(sideways) > 1e-6:
+                yield motion, f"task[{index}].objective"
     for where, limits in (("limits", problem.limits), (f"task[{index}].limits", task.limits)):
         if limits is not None and limits.at_least is not None:
             for motion in MOTIONS:

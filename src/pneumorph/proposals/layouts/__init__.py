@@ -3,11 +3,12 @@
 from pneumorph.proposals.layouts.layout import Drawn, Draws, Layout, NoRoom
 from pneumorph.proposals.layouts.profiles import PROFILE, SHEET
 from pneumorph.proposals.layouts.rows import ROWS
-from pneumorph.proposals.layouts.several import ALONG, AROUND
+from pneumorph.proposals.layouts.several import ALONG, AROUND, SEGMENTS
 from pneumorph.proposals.layouts.single import BESIDE_AXIS, CENTRAL, THREADS
 from pneumorph.proposals.layouts.wound import HELIX, WOUND
 
-LAYOUTS: tuple[Layout, ...] = (CENTRAL, BESIDE_AXIS, THREADS, *AROUND, ALONG, WOUND, HELIX, PROFILE, SHEET, *ROWS)
+_IN_TUBES = (CENTRAL, BESIDE_AXIS, THREADS, *AROUND, ALONG, SEGMENTS, WOUND, HELIX)
+LAYOUTS: tuple[Layout, ...] = (*_IN_TUBES, PROFILE, SHEET, *ROWS)
 """All of them."""
 
 __all__ = ["LAYOUTS", "Drawn", "Draws", "Layout", "NoRoom"]
