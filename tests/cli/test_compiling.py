@@ -9,9 +9,11 @@ from shutil import copytree
 import pytest
 
 from pneumorph import numerics
-from pneumorph.cli.warm_up import small
+from pneumorph.cli.warm_up import small, twisted
 from pneumorph.geometry.starting import body_of
 from pneumorph.limits.of_shape import tube_limits
+from pneumorph.mesh import relax, slide
+from pneumorph.optimize.setup import build_setup
 
 SAID = "compiling (once)\n"
 
@@ -57,6 +59,11 @@ def test_warming_up_looks_at_curvature_between_samples():
     body = body_of(asked)
     rows = tube_limits(body, asked.limits).rows(body, 0.1, -0.5)
     assert len(rows.places["curvature"].surface)
+
+
+def test_warming_up_moves_nodes_of_poor_elements():
+    morph, points = twisted(build_setup(small("quadratic")))
+    assert relax(morph, points) is not morph and slide(morph, points) is not morph
 
 
 def test_a_folder_that_cannot_be_made_is_none(tmp_path):

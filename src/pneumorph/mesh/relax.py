@@ -50,7 +50,7 @@ def relax(morph: Morph, P: np.ndarray) -> Morph:
     moved = points.copy()
     for _ in range(SWEEPS):
         stop_if_asked()
-        if not _sweep(moved, mesh.tets, free, start, order // 10, quality):
+        if not _sweep(moved, mesh.tets, free, start, order // 10, quality, worst_first(quality)):
             break
     return replace(morph, shift=morph.shift + moved - points)
 
@@ -66,29 +66,39 @@ def free_inside(mesh: TetMesh, n_surface: int) -> np.ndarray:
     return free & (times < 2)
 
 
+def worst_first(quality: np.ndarray) -> np.ndarray:
+    """The elements (M,), the worst first."""
+    return np.argsort(np.rint(quality / SAME), kind="stable")
+
+
 @numba.njit(cache=True, nogil=True)
-def _sweep(points, tets, free, start, visits, quality):
-    """Move the free nodes of poor elements, the worst first; `points` and `quality` change. Returns whether any did."""
-    any_moved, nodes = False, np.empty((10, 3))
-    for e in np.argsort(np.rint(quality / SAME), kind="mergesort"):
+def _sweep(points, tets, free, start, visits, quality, elements):
+    """Move the free nodes of poor elements in their order; `points` and `quality` change. Returns whether any did."""
+    any_moved, nodes, place = False, np.empty((10, 3)), np.empty(3)
+    for e in elements:
         if quality[e] >= ENOUGH:
             break
-        length = np.sqrt(np.sum((points[tets[e, 0]] - points[tets[e, 1]]) ** 2))
+        length = edge_length(points, tets[e])
         for node in tets[e]:
             if not free[node]:
                 continue
-            around = visits[start[node] : start[node + 1]]
-            # The worst first, which decide about most steps.
-            around = around[np.argsort(np.rint(quality[around] / SAME), kind="mergesort")]
+            around = visits[start[node] : start[node + 1]].copy()
+            sort_by_quality(around, quality)
             best, step = worst_of(points, tets, around, nodes, -np.inf), LONGEST * length
             while step > SHORTEST * length:
-                better, place = False, points[node].copy()
-                for way in WAYS:
-                    points[node] = place + step * way
+                better = False
+                for i in range(3):
+                    place[i] = points[node, i]
+                for way in range(len(WAYS)):
+                    for i in range(3):
+                        points[node, i] = place[i] + step * WAYS[way, i]
                     worst = worst_of(points, tets, around, nodes, best + GAIN)
                     if worst > best + GAIN:
-                        best, better, place = worst, True, points[node].copy()
-                points[node] = place
+                        best, better = worst, True
+                        for i in range(3):
+                            place[i] = points[node, i]
+                for i in range(3):
+                    points[node, i] = place[i]
                 any_moved |= better
                 if not better:
                     step /= 2.0
@@ -98,12 +108,37 @@ def _sweep(points, tets, free, start, visits, quality):
 
 
 @numba.njit(cache=True, nogil=True)
+def edge_length(points, nodes):
+    """Between the first two corners of an element."""
+    square = 0.0
+    for i in range(3):
+        square += (points[nodes[0], i] - points[nodes[1], i]) ** 2
+    return np.sqrt(square)
+
+
+@numba.njit(cache=True, nogil=True)
+def sort_by_quality(elements, quality):
+    """Sort a few elements in place, the worst first, since these decide about most steps.
+
+    Those of the same quality keep their order. Numba's own sorting takes ten times as long to compile.
+    """
+    for k in range(1, len(elements)):
+        e, at = elements[k], k
+        grade = np.rint(quality[e] / SAME)
+        while at > 0 and np.rint(quality[elements[at - 1]] / SAME) > grade:
+            elements[at] = elements[at - 1]
+            at -= 1
+        elements[at] = e
+
+
+@numba.njit(cache=True, nogil=True)
 def worst_of(points, tets, elements, nodes, least):
     """The worst quality of some elements, or that of the first found which is no better than `least`."""
     worst = np.inf
     for e in elements:
         for a in range(10):
-            nodes[a] = points[tets[e, a]]
+            for i in range(3):
+                nodes[a, i] = points[tets[e, a], i]
         worst = min(worst, of_element(nodes))
         if worst <= least:
             break

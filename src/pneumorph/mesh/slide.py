@@ -18,7 +18,19 @@ from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.refine import NODES_OF_TRIANGLE
-from pneumorph.mesh.relax import ENOUGH, GAIN, LONGEST, SAME, SHORTEST, SWEEPS, WAYS, free_inside, worst_of
+from pneumorph.mesh.relax import (
+    ENOUGH,
+    GAIN,
+    LONGEST,
+    SHORTEST,
+    SWEEPS,
+    WAYS,
+    edge_length,
+    free_inside,
+    sort_by_quality,
+    worst_first,
+    worst_of,
+)
 from pneumorph.mesh.tets import TET_EDGES, TetMesh, is_cut, triangle_gradient, triangle_shape
 
 _SMOOTH = np.cos(np.radians(20))
@@ -61,7 +73,8 @@ def slide(morph: Morph, P: np.ndarray) -> Morph:
     surface = (kind, normal, points, triangles, faces.start, faces.numbers)
     for _ in range(SWEEPS):
         stop_if_asked()
-        if not _sweep(moved, face, local, surface, mesh.tets, elements.start, elements.numbers, quality):
+        first = worst_first(quality)
+        if not _sweep(moved, face, local, surface, mesh.tets, elements.start, elements.numbers, quality, first):
             break
     return _placed(morph, P, moved, triangles, face, local)
 
@@ -120,24 +133,20 @@ def _around(cells: np.ndarray, count: int) -> _Around:
 
 
 @numba.njit(cache=True, nogil=True)
-def _sweep(points, face, local, surface, tets, start, visits, quality):
-    """Move the nodes of poor elements, the worst first; places and `quality` change. Returns whether any did."""
+def _sweep(points, face, local, surface, tets, start, visits, quality, elements):
+    """Move the nodes of poor elements in their order; places and `quality` change. Returns whether any did."""
     kind = surface[0]
     any_moved, nodes, group, by = False, np.empty((10, 3)), np.empty(_MOST, np.int64), np.empty(3)
     before, best_after, faces, best_faces = np.empty((_MOST, 5)), np.empty((_MOST, 5)), group.copy(), group.copy()
-    for e in np.argsort(np.rint(quality / SAME), kind="mergesort"):
+    for e in elements:
         if quality[e] >= ENOUGH:
             break
-        length = 0.0
-        for i in range(3):
-            length += (points[tets[e, 0], i] - points[tets[e, 1], i]) ** 2
-        length = np.sqrt(length)
+        length = edge_length(points, tets[e])
         for node in tets[e]:
             if kind[node] == _STAYS:
                 continue
-            # The worst first, which decide about most steps.
-            around = visits[start[node] : start[node + 1]]
-            around = around[np.argsort(np.rint(quality[around] / SAME), kind="mergesort")]
+            around = visits[start[node] : start[node + 1]].copy()
+            sort_by_quality(around, quality)
             size = _group(node, around, tets, kind, group)
             best, step = worst_of(points, tets, around, nodes, -np.inf), LONGEST * length
             ways = len(WAYS) if kind[node] == _INSIDE else len(_ROUND)
