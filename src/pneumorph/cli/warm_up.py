@@ -11,8 +11,8 @@ from pneumorph.analysis import analyse_body, run_gradient_check
 from pneumorph.doing import doing
 from pneumorph.interface.design import starting_design
 from pneumorph.interface.runs import design
-from pneumorph.numerics import cache_folder
 from pneumorph.mesh import Morph, relax, slide
+from pneumorph.numerics import cache_folder
 from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.problem import Problem, loads
 from pneumorph.problem.starts import text_of
@@ -64,7 +64,7 @@ def warm_up() -> None:
 
 
 def keep_limits() -> None:
-    """Bring a small tube that is dented within its limits, and make a mesh that is twisted sound, as later designs do."""
+    """Bring a small tube that is dented within its limits, and make a mesh that is twisted sound, as designs do."""
     setup = build_setup(small("quadratic"))
     dent = np.where(np.arange(setup.space.n) % 7, 0.0, DENT)
     setup.within(setup.space.start + dent)
