@@ -14,6 +14,7 @@ from pneumorph.proposals import Plan, Target, draw_candidates, propose
 from pneumorph.proposals.candidates import draw_candidate, suited
 from pneumorph.proposals.estimates import BUCKLED, ballooning, impossible
 from pneumorph.proposals.layouts import LAYOUTS
+from pneumorph.symmetry.operations import operations
 
 
 def target(*motions, length=60.0, radius=11.0, wall=2.0, **more):
@@ -89,6 +90,20 @@ def test_symmetry_is_as_much_as_tasks_allow(motions, layout, mirror):
     found = drawn_as(target(*motions), layout, 2)
     assert found
     assert all(each.posed.body.symmetry.mirror == mirror for each in found)
+
+
+@pytest.mark.parametrize("layout", ["central", "around2", "around4"])
+def test_walls_on_both_sides_may_differ_where_a_body_goes_one_way(layout):
+    """Loads and unlike pressures bend a symmetric body too, but its walls then stay as stiff on both sides."""
+    load = {"end_effector": {"force": ["-0.2 N", "0 N", "0 N"]}}
+    for motions, mirror in (
+        (["shift_x"], ("xz",)),
+        (["shift_x", "extension"], ("xz",)),
+    ):
+        for each in drawn_as(target(*motions, **load), layout, 2):
+            assert each.posed.body.symmetry.mirror == mirror and each.posed.body.symmetry.rotation == 1
+    both_ways = drawn_as(target("shift_x", "-shift_x", **load), layout, 2)
+    assert all(len(operations(each.posed.body.symmetry)) > 1 for each in both_ways)
 
 
 def test_threads_have_turns_and_are_wound_against_the_twist_that_is_asked():

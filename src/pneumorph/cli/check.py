@@ -270,7 +270,11 @@ def _numbers(at: AnalysedBody) -> list[str]:
             if each.get("gas")
         ),
         *(f"loads     of task {task.name}: {words}" for task in problem.task if (words := words_of_own(task))),
-        *(f"symmetry  about {plane} is not used: the {' and '.join(keys)} breaks it" for plane, keys in broken.items()),
+        *(
+            f"symmetry  about {plane} keeps the walls on both sides alike, but halves nothing that is solved: "
+            f"the {' and '.join(keys)} breaks it"
+            for plane, keys in broken.items()
+        ),
     ]
 
 

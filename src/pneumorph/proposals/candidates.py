@@ -108,7 +108,8 @@ def draw_candidate(target: Target, layout: Layout, name: str, numbers: Iterator[
         level = draws.between(0.45, 0.75)
         try:
             drawn = layout.draw(target, draws)
-            problem = _with_most_symmetry(_content(target, rubber, drawn, level), drawn)
+            symmetries = [each for each in drawn.symmetries if all(map(target.mirrored, each.get("mirror", ())))]
+            problem = _with_most_symmetry(_content(target, rubber, drawn, level), symmetries)
             if words := buckles(problem):
                 raise NoRoom(words)
         except (NoRoom, ProblemError) as error:
@@ -119,13 +120,13 @@ def draw_candidate(target: Target, layout: Layout, name: str, numbers: Iterator[
     return Candidate(name, layout.name, "", None, reason)
 
 
-def _with_most_symmetry(content: dict[str, Any], drawn: Drawn) -> Problem:
-    """The problem with the first of the body's symmetries that loads and tasks have too."""
-    *more, least = drawn.symmetries
+def _with_most_symmetry(content: dict[str, Any], symmetries: Sequence[Mapping[str, Any]]) -> Problem:
+    """The problem with the first of the symmetries that chambers, loads and tasks have too."""
+    *more, least = symmetries
     for symmetry in more:
         with suppress(ProblemError):
-            return _sound(content | {"body": {**drawn.tables["body"], "symmetry": symmetry}})
-    return _sound(content | {"body": {**drawn.tables["body"], "symmetry": least}})
+            return _sound(content | {"body": content["body"] | {"symmetry": symmetry}})
+    return _sound(content | {"body": content["body"] | {"symmetry": least}})
 
 
 def _sound(content: Mapping[str, Any]) -> Problem:

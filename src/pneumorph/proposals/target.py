@@ -28,6 +28,7 @@ from pneumorph.problem.models import MOST_TASKS, EndEffector, Gravity, Limits, P
 from pneumorph.problem.reading import read_toml
 from pneumorph.problem.reasons import faults_of, refusal
 from pneumorph.problem.table import Example, InvalidKey, Quantity, Table
+from pneumorph.symmetry.operations import MIRRORS
 
 PositiveLength = Annotated[float, Quantity(units.LENGTH, "positive")]
 GaugePressure = Annotated[float, Quantity(units.PRESSURE)]
@@ -201,6 +202,18 @@ class Target(Table):
             if towards is not None and all(np.abs(towards - each).max() > 1e-6 for each in found):
                 found.append(towards)
         return tuple(found)
+
+    def mirrored(self, plane: str) -> bool:
+        """Whether bodies may be their own images in a plane: tasks are, or go several ways across it.
+
+        Loads and pressures may bend such a body, but its walls on both sides stay alike, of which one may have to give
+        way.
+        """
+        polar = np.array(MIRRORS[plane])
+        axial = np.prod(polar) * polar
+        broken = [task.towards for task in self.task if not task.objective.keeps(polar.tolist(), axial.tolist())]
+        ways = [each for each in broken if each is not None]
+        return not ways or any(np.abs(each - ways[0]).max() > 1e-6 for each in ways)
 
     @property
     def motions(self) -> frozenset[str]:

@@ -39,7 +39,7 @@ def _around(count: int) -> Layout:
         places = dict(zip(letters(count), around, strict=True))
         along = whole_span(target)
         body["chamber"] = [chamber(name, inner, away * place, along) for name, place in places.items()]
-        several = len(target.task) > 1
+        several = len(target.task) > 1 and len(target.directions) != 1
         symmetries = (*(({"rotation": count},) if several else ()), *(MIRRORS if count % 2 == 0 else MIRRORS[1:]))
         words = f"radius {radius:.3g} mm, {count} chambers of {inner:.3g} mm"
         return Drawn({"body": body}, places, symmetries, radius, words + (", rings" if "ripple" in body else ""))
