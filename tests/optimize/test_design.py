@@ -196,6 +196,16 @@ def test_a_target_that_is_met_ends_the_run():
     assert 0 < last.entry.objective < 1e-6 * 0.3**2
 
 
+def test_a_run_that_begins_near_its_target_does_not_polish_it():
+    """Targets are measured from rest: of the little that is left at such a start, a thousandth is nothing to seek."""
+    text = tiny(objective='{ kind = "motion", extension = "TARGET mm" }').replace("iterations = 2", "iterations = 9")
+    first = list(accepted(design(loads(text.replace("TARGET", "0.4")), settings=BRIEFLY)))[-1]
+    reached = first.entry.tasks["extend"].translation[2]
+    near = loads(text.replace("TARGET", f"{reached + 2e-4:.6f}"))
+    *_, end = design(near, settings=BRIEFLY, begin=first.state)
+    assert (end.reason, end.iteration) == ("the targets are reached", 0)
+
+
 def radii(monkeypatch, trials_in_vain, iterations=1, reached=1.0):
     """The trust regions after each design, where the first trials are said to have no equilibrium."""
     left = [trials_in_vain]

@@ -140,9 +140,11 @@ def _promises_enough(attempt: Attempt) -> Verdict:
     if attempt.asked == region.radius < region.longest:
         # The objective may be far from where it changes much: a longer step may promise enough.
         return Rejected(region.longer(setup.settings.radius), current)
-    size, first = scale(setup, current), current.learnt.objectives[0]
+    size, first = scale(setup, current), current.learnt.first
     if abs(current.analysis.value) < size:
-        return Ended(f"the objective has fallen to {current.analysis.value / first:.1g} of its initial value")
+        begun_near = first > abs(current.learnt.objectives[0])
+        whole = "that of a body at rest" if begun_near else "its initial value"
+        return Ended(f"the objective has fallen to {current.analysis.value / first:.1g} of {whole}")
     share = 100 * gain / max(size, 1e-300)
     return Ended(f"a step of {attempt.length:.2g} mm promises no more than {share:.1g} % of the objective")
 

@@ -20,12 +20,14 @@ from pneumorph.analysis import (
     quick_errors,
 )
 from pneumorph.limits.report import LimitReport
+from pneumorph.mechanics import rest
 from pneumorph.optimize.buckling import LateralStability, judge_closely
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.model import Curvature, Proxy, no_curvature, unpack_curvature
 from pneumorph.optimize.setup import Setup
 from pneumorph.optimize.states import StateLimits, linear_states
 from pneumorph.optimize.step import Stepper
+from pneumorph.problem import Problem
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +69,8 @@ class Learnt:
         Of the limits on states along the last step, 1/mm².
     looked : (tasks,) or (0,) array
         How far the tip moved in every task of the design whose error of the mesh was estimated last, mm.
+    at_rest : float, optional
+        What tasks with targets add to the objective where nothing moves the body.
     """
 
     stepper: Stepper
@@ -75,6 +79,12 @@ class Learnt:
     objectives: tuple[float, ...]
     state_curvature: float = 0.0
     looked: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    at_rest: float | None = None
+
+    @property
+    def first(self) -> float:
+        """What objectives are measured by: the first one, or that at rest where a run has begun near its targets."""
+        return max(abs(self.objectives[0]), self.at_rest or 0.0)
 
     def pack(self) -> dict[str, Any]:
         """Arrays and numbers from which `unpack_learnt` restores it."""
@@ -82,6 +92,7 @@ class Learnt:
             "radius": self.radius,
             "values": np.array(self.objectives),
             "looked": self.looked,
+            "at_rest": self.at_rest,
             **self.stepper.pack(),
             **self.curvature.pack(),
         }
@@ -96,6 +107,7 @@ def unpack_learnt(setup: Setup, state: Mapping[str, Any]) -> Learnt:
         float(state["radius"]),
         tuple(map(float, state["values"]))[:-1],
         looked=np.asarray(state.get("looked", np.zeros(0))),
+        at_rest=state.get("at_rest"),
     )
 
 
@@ -194,7 +206,20 @@ def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, 
         optimality = setup.optimality(design.analysis.phi, slopes.total, states)
     # Designs are compared by their objective from the first one on that satisfies the limits on states.
     objectives = () if states.violated else (*learnt.objectives, design.analysis.value)
-    return Iterate(number, design, replace(learnt, objectives=objectives), slopes, states, optimality)
+    at_rest = _at_rest(setup.problem, design) if learnt.at_rest is None else learnt.at_rest
+    learnt = replace(learnt, objectives=objectives, at_rest=at_rest)
+    return Iterate(number, design, learnt, slopes, states, optimality)
+
+
+def _at_rest(problem: Problem, design: AnalysedDesign) -> float:
+    """What tasks with targets add to the objective where nothing moves the body."""
+    total = 0.0
+    for task in problem.task:
+        at, objective = design.analysis.configurations[task.name], design.disc.objectives[task.name]
+        if task.objective.aimed and objective.instead is None:
+            value = objective.at(at.model, at.X, rest(at.model))
+            total += task.weight * value if np.isfinite(value) else 0.0
+    return total
 
 
 def with_errors(setup: Setup, current: Iterate, remeshed: bool = False) -> Iterate:

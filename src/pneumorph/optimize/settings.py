@@ -145,8 +145,8 @@ class StoppingSettings:
     that, a thousandth, is not worth an equilibrium."""
 
     reached: float = 1e-3
-    """Share of the distance from the targets at the start below which they are reached: a tenth of what makers of soft
-    robots can measure. Objectives with targets are squares of such distances."""
+    """Share of the distance from the targets at the start, or at rest if that is farther, below which they are reached:
+    a tenth of what makers of soft robots can measure. Objectives with targets are squares of such distances."""
 
     negligible: float = 1e-3
     """Of the first objective: below that the fraction is one of this. Once a target is met nothing is left to gain."""

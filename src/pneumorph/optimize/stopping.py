@@ -38,7 +38,7 @@ def reached(setup: Setup, current: Iterate) -> bool:
     objectives = current.learnt.objectives
     if not objectives or not all(task.objective.aimed for task in setup.problem.task):
         return False
-    return objectives[-1] <= setup.settings.stopping.reached**2 * objectives[0]
+    return objectives[-1] <= setup.settings.stopping.reached**2 * current.learnt.first
 
 
 def _optimal(setup: Setup, current: Iterate) -> str | None:
@@ -63,7 +63,7 @@ STOPPING_TESTS = (_targets_reached, _all_designs_made, _time_is_up, _optimal, _s
 def scale(setup: Setup, current: Iterate) -> float:
     """What progress is measured by: the objective, or a small part of the first one."""
     objectives = current.learnt.objectives
-    first = setup.settings.stopping.negligible * abs(objectives[0]) if objectives else 0.0
+    first = setup.settings.stopping.negligible * current.learnt.first if objectives else 0.0
     return max(abs(current.analysis.value), first)
 
 
