@@ -4,6 +4,7 @@ It designs, holds limits, goes on after a stop as if nothing had happened, and s
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax
 import numpy as np
@@ -18,6 +19,7 @@ from pneumorph.limits.table import TUBE_KINDS
 from pneumorph.mechanics import Skin
 from pneumorph.optimize import DesignAccepted, DesignRejected, Finished, MeshKept, Started, design
 from pneumorph.optimize.settings import LoopSettings, TrialSettings
+from pneumorph.optimize.stopping import _time_is_up
 from pneumorph.optimize.trial import analyse_trial
 from pneumorph.problem import load, loads
 from pneumorph.results import to_json
@@ -204,6 +206,14 @@ def test_a_run_that_begins_near_its_target_does_not_polish_it():
     near = loads(text.replace("TARGET", f"{reached + 2e-4:.6f}"))
     *_, end = design(near, settings=BRIEFLY, begin=first.state)
     assert (end.reason, end.iteration) == ("the targets are reached", 0)
+
+
+@pytest.mark.parametrize("late, ends", [(0.4, False), (0.6, True)])
+def test_a_design_that_would_end_too_late_is_not_begun(monkeypatch, late, ends):
+    """By so much of its own time would another one like this be late."""
+    monkeypatch.setattr("time.time", lambda: 10.0)
+    setup = SimpleNamespace(settings=LoopSettings(until=10.0 + (1.0 - late) * 100.0))
+    assert (_time_is_up(setup, SimpleNamespace(took=100.0)) is not None) == ends
 
 
 def radii(monkeypatch, trials_in_vain, iterations=1, reached=1.0):

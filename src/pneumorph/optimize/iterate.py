@@ -129,6 +129,8 @@ class Iterate:
         The part of the objective's gradient that the limits do not balance.
     errors : {task: MeshError}
         By the mesh, where they are estimated.
+    took : float
+        Seconds in which it was found; of one that a run goes on with, those of its derivatives.
     """
 
     number: int
@@ -138,6 +140,7 @@ class Iterate:
     states: StateLimits
     optimality: float
     errors: Mapping[str, MeshError] = field(default_factory=dict)
+    took: float = 0.0
 
     @property
     def analysis(self) -> Analysis:
@@ -208,7 +211,7 @@ def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, 
     objectives = () if states.violated else (*learnt.objectives, design.analysis.value)
     at_rest = _at_rest(setup.problem, design) if learnt.at_rest is None else learnt.at_rest
     learnt = replace(learnt, objectives=objectives, at_rest=at_rest)
-    return Iterate(number, design, learnt, slopes, states, optimality)
+    return Iterate(number, design, learnt, slopes, states, optimality, took=clock.seconds()["total"])
 
 
 def _at_rest(problem: Problem, design: AnalysedDesign) -> float:

@@ -199,7 +199,7 @@ class LoopSettings:
     """Whether the last design is looked at beyond what designing needs: how it inflates, its rates and margins, the
     error of the mesh and what thicker walls do. On small meshes that takes as long as several designs."""
     until: float = math.inf
-    """Time (s, of `time.time`) from which on no further design is begun."""
+    """Time (s, of `time.time`) at which runs end, to half a design: one that would end later by more is not begun."""
     seconds: float = math.inf
     """The same from the beginning of the run on, for members of a study."""
     castings: int = 5

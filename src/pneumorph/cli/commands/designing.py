@@ -136,9 +136,7 @@ def propose(
         Path | None,
         typer.Option("--out", "-o", help="The directory of the search; by default runs/<name of the file>."),
     ] = None,
-    minutes: Annotated[
-        float, typer.Option(min=0.1, help="How long it may take; designs that have begun are completed.")
-    ] = 30.0,
+    minutes: Annotated[float, typer.Option(min=0.1, help="How long it may take, to half a design.")] = 30.0,
     candidates: Annotated[int, typer.Option(min=2, max=1000, help="Number of bodies that are tried.")] = 24,
     seed: Annotated[int, typer.Option(min=0, help="Of the bodies that are drawn: the same seed draws the same.")] = 0,
     workers: Annotated[
