@@ -51,8 +51,8 @@ def _asked(problem: Tables, index: int, task: Task) -> Iterator[tuple[str, str]]
     """The motions that must not be zero in a task, and their keys."""
     for motion, (key, _) in task.objective.asked_motions.items():
         yield motion, f"task[{index}].objective.{key}"
-    if not task.objective.asked_motions:
-        # A curve or a pose that is not on the axis.
+    if task.objective.section_count[1]:
+        # A curve that is not on the axis. A place beside it can be reached in part, along the axis.
         about = task.objective.bends(problem.tubes.length)
         x, y = (0.0, 0.0) if about is None else (about[1], about[0])
         for motion, sideways in (("shift_x", x), ("shift_y", y)):
