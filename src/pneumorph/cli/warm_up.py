@@ -36,7 +36,7 @@ SHORT = {
 DENT = 0.2
 """Of its surfaces, mm, so that limits are violated."""
 
-_CHILD = "from pneumorph.cli.warm_up import keep_limits; keep_limits()"
+_CHILD = "from pneumorph.cli.warm_up import compile_limits; compile_limits()"
 
 _MOST = 600.0
 """Seconds for which the other process is waited for; what it has not compiled by then is compiled here."""
@@ -63,8 +63,8 @@ def warm_up() -> None:
     print(f"most of what checks and designs of tubes need is compiled; jax's part is in {cache_folder()}")
 
 
-def keep_limits() -> None:
-    """Bring a small tube that is dented within its limits, and make a mesh that is twisted sound, as designs do."""
+def compile_limits() -> None:
+    """What the second process does: a dented tube is brought within its limits, a twisted mesh is made sound."""
     setup = build_setup(small("quadratic"))
     dent = np.where(np.arange(setup.space.n) % 7, 0.0, DENT)
     setup.within(setup.space.start + dent)

@@ -130,7 +130,8 @@ class Iterate:
     errors : {task: MeshError}
         By the mesh, where they are estimated.
     took : float
-        Seconds in which it was found; of one that a run goes on with, those of its derivatives.
+        Seconds in which it was found; of one that a run goes on with, those of its derivatives. 0 for the start: it is
+        searched from rest and may compile kernels, which tells nothing of how long a design takes.
     """
 
     number: int
@@ -211,7 +212,8 @@ def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, 
     objectives = () if states.violated else (*learnt.objectives, design.analysis.value)
     at_rest = _at_rest(setup.problem, design) if learnt.at_rest is None else learnt.at_rest
     learnt = replace(learnt, objectives=objectives, at_rest=at_rest)
-    return Iterate(number, design, learnt, slopes, states, optimality, took=clock.seconds()["total"])
+    took = clock.seconds()["total"] if number else 0.0
+    return Iterate(number, design, learnt, slopes, states, optimality, took=took)
 
 
 def _at_rest(problem: Problem, design: AnalysedDesign) -> float:

@@ -124,4 +124,4 @@ def _draw_segments(target: Target, draws: Draws) -> Drawn:
 
 AROUND = tuple(_around(count) for count in (2, 3, 4))
 ALONG = Layout("along", "chambers one after another along the axis", _unsuited_along, _draw_along)
-SEGMENTS = Layout("segments", "rows of chambers around the axis, one after another", _unsuited_segments, _draw_segments)
+SEGMENTS = Layout("segments", "two rows of chambers around the axis", _unsuited_segments, _draw_segments)
