@@ -15,7 +15,8 @@ from pneumorph.mechanics import Tangent, build_loads, build_model, configure, mo
 from pneumorph.mechanics.assembly.hessian import contact_in_pairs, tangent
 from pneumorph.mechanics.solve import refined
 from pneumorph.mechanics.solve.balance import residual_at
-from pneumorph.mechanics.solve.refined import Split, near_refined, on_refined, surplus_of
+from pneumorph.mechanics.solve.refined import near_refined, on_refined, search_refined
+from pneumorph.mechanics.solve.split import SOFTER, Split, surplus_of
 from pneumorph.mesh.refine import refine
 from pneumorph.problem import loads
 from pneumorph.verify.solids import BULK, DENSITY, RUBBER, SHEAR, bar
@@ -98,7 +99,7 @@ def test_the_blocks_of_new_nodes_are_those_of_the_assembled_tangent(case):
     own = (first[:, None] + np.arange(3)).ravel()
     whole = sparse.csr_array(K[own][:, own]).tobsr((3, 3))
     on_diagonal = np.repeat(np.arange(len(first)), np.diff(whole.indptr)) == whole.indices
-    stiffness = np.linalg.inv(found.softness) / (refined.SOFTER if model.mixed else 1.0)
+    stiffness = np.linalg.inv(found.softness) / (SOFTER if model.mixed else 1.0)
     np.testing.assert_allclose(stiffness, whole.data[on_diagonal], atol=1e-9 * abs(stiffness).max())
     inside = model.hydrostatic_unknowns.start + np.searchsorted(model.sparsity.corners, split.inside)
     assert len(inside) > 0 if model.mixed else len(inside) == 0
@@ -132,6 +133,30 @@ def test_pressures_of_gas_follow_the_volume_on_the_refined_mesh():
     assert after[0] == before[0]
     assert after[1] - before[1] == pytest.approx(solved.enclosed["B"] - before[1], rel=0.2)
     assert state.plate[0] - case.start.plate[0] == pytest.approx(solved.plate[0] - case.start.plate[0], rel=0.5)
+
+
+@pytest.mark.parametrize("case", [which for which in CASES if which != "gas"], indirect=True)
+def test_a_search_by_products_comes_to_the_state_that_factorisations_find(case):
+    solved = solve(case.there, Tangent(case.there.model), case.start)
+    found = search_refined(case.fine, case.at, case.tangent, case.state, case.there)
+    difference = np.abs(solved.state.plate - case.start.plate).max()
+    np.testing.assert_allclose(found.plate, solved.state.plate, atol=0.05 * difference)
+
+
+def test_where_one_step_does_not_do_a_search_goes_on():
+    """Of a body near ballooning, displacements of the coarser mesh are rough on the refined one."""
+    task = TASK.replace("20 kPa", "260 kPa").replace("extension", "bending_y")
+    problem = loads(problem_text(task, radius=10, chambers=TWO_BESIDE)).with_changes(
+        {"mesh.size": "8 mm", "mesh.element": "quadratic"}
+    )
+    near = analyse_body(problem, starting_body(problem.tubes))
+    at, state = near.analysis.configurations["move"], near.analysis.equilibria["move"].state
+    fine, tangent = refine(near.disc.morph.mesh.at(near.analysis.X)), near.disc.tangents["move"]
+    there = replace(at, model=model_of(problem, fine.mesh), X=fine.mesh.points)
+    assert near_refined(fine, at, tangent, state, there) is None
+    found = search_refined(fine, at, tangent, state, there)
+    exact = solve(there, Tangent(there.model), found).state.plate
+    np.testing.assert_allclose(found.plate, exact, atol=0.03 * np.abs(exact - state.plate).max())
 
 
 def hanging(count, length=40.0, pull=2e7):

@@ -33,7 +33,7 @@ from pneumorph.mechanics import (
     solve,
 )
 from pneumorph.mechanics.elements.plate import rotation
-from pneumorph.mechanics.solve.refined import guess_on_refined, near_refined
+from pneumorph.mechanics.solve.refined import guess_on_refined, near_refined, search_refined
 from pneumorph.mesh import TetMesh
 from pneumorph.mesh.refine import Refined, refine
 from pneumorph.objective import Features, Objective, Workspace
@@ -123,6 +123,9 @@ class RefinedModel:
             return *near, False
         if not thorough:
             return None
+        searched = search_refined(self.fine, at, tangent, state, there)
+        if searched is not None:
+            return there, searched, True
         start = guess_on_refined(self.fine, at, state)
         found = solve(there, Tangent(self.model), start, ROUGHLY, most=MOST_FACTORISATIONS)
         return None if isinstance(found, NoEquilibrium) else (settled(there, found), found.state, True)

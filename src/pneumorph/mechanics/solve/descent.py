@@ -115,7 +115,7 @@ def minimise(
                     f"the body deforms without limit (stretch beyond {RUNAWAY_STRETCH:g}), as when a chamber balloons"
                 )
             if secants is not None:
-                moved = _line_search(at, here, supported(at, secants.direction(tangent.precondition, here.residual)))
+                moved = line_search(at, here, supported(at, secants.direction(tangent.precondition, here.residual)))
                 if moved is None:
                     secants = None
                     continue
@@ -128,7 +128,7 @@ def minimise(
                 continue
             direction, raised = _factorised(at, tangent, here, raised)
             made = size
-            moved = _line_search(at, here, direction)
+            moved = line_search(at, here, direction)
             stuck = not raised and (moved is None or moved.size > HALVED * here.size)
             if stuck and here.size <= residual_rounding(at, here.vector):
                 tolerance = max(tolerance, size)
@@ -208,7 +208,7 @@ def _factorised(at: Configuration, tangent: Tangent, here: Place, raised: float)
     return supported(at, tangent.precondition(-residual)), 0.0
 
 
-def _line_search(at: Configuration, here: Place, direction: np.ndarray) -> Place | None:
+def line_search(at: Configuration, here: Place, direction: np.ndarray) -> Place | None:
     """Shorten the step until Π falls enough; None where it does not."""
     slope = float(here.residual @ direction)
     if not slope < 0:

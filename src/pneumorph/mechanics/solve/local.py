@@ -18,7 +18,8 @@ from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.products import tangent_map
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.solve.refined import Split, on_refined, surplus_of
+from pneumorph.mechanics.solve.refined import on_refined
+from pneumorph.mechanics.solve.split import Split, surplus_of
 from pneumorph.mesh.refine import Refined
 
 PARTS = 8

@@ -15,21 +15,22 @@ conjugate gradients are enough.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
 
 from pneumorph.mechanics.assembly import potential as kernels
-from pneumorph.mechanics.assembly.displacement import Displacement, displacement
+from pneumorph.mechanics.assembly.displacement import displacement
 from pneumorph.mechanics.assembly.krylov import conjugate_gradients, minimal_residuals
 from pneumorph.mechanics.assembly.linear import SingularMatrix
 from pneumorph.mechanics.assembly.products import tangent_map
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
-from pneumorph.mechanics.assembly.tip import Tied
 from pneumorph.mechanics.elements.kinematics import Guess, State, deformation_gradients, volume_ratio
-from pneumorph.mechanics.solve.balance import apart, bulk_over_shear, free_share
+from pneumorph.mechanics.solve.balance import apart, applied_force, bulk_over_shear, evaluate, free_share, supported
 from pneumorph.mechanics.solve.border import Border, border_at, enclosed_in, missing_volumes, pushes, with_pressures
+from pneumorph.mechanics.solve.descent import Place, line_search
+from pneumorph.mechanics.solve.split import Split, Surplus, hydrostatic_on, surplus_of
 from pneumorph.mesh.refine import PARTS_OF_TET, Refined
 
 PLAIN, MIXED = 20, 60
@@ -39,23 +40,28 @@ PLAIN_LEFT, MIXED_LEFT = 0.1, 0.02
 """The part of the residual, in the norm of the preconditioner, at which they end. With a third left, a motion to which
 parts of both signs contribute may be wrong in sign; with π with 6 % left too, and it may lack two thirds."""
 
-SOFTER = 0.5
-"""α: where B takes a part of them, displacements are softer than their own blocks are."""
-
-INNER, CLOSE = 4, 0.05
-"""Most steps for the Schur complement, and the relative residual at which they end."""
-
 LOCKING = 50.0
 """κ/μ from which elements without π are so much too stiff that a few products do not show it."""
 
 CONTRACTING = 0.35
-"""The largest part of the residual that may be left, in the norm of the preconditioner."""
+"""The largest part of the residual that one step may leave, in the norm of the preconditioner."""
+
+MOST_STEPS, MOST_HALVINGS = 20, 5
+"""Of a search: Newton's steps, and how often one is halved."""
+
+ROUGH_FROM, ROUGH, SMOOTH = 0.1, (0.3, 12), (0.1, 40)
+"""Relative residual above which a state is rough. Steps from rough and smooth states leave these parts of it, in the
+norm of the preconditioner, or take so many products."""
+
+MET = 5e-3
+"""Relative residual at which a search ends, or that part of the first one in the norm of the preconditioner: the
+difference of both meshes is known to a few per cent then."""
 
 
 def on_refined(fine: Refined, at: Configuration, state: State) -> State:
     """A state of a mesh as one of the refined mesh."""
     u = fine.P @ displacement(at.model.tip, at.X, state)
-    return state._replace(u=u, hydrostatic=_pressures(fine, at, state))
+    return state._replace(u=u, hydrostatic=hydrostatic_on(fine, at, state))
 
 
 def guess_on_refined(fine: Refined, at: Configuration, state: State) -> Guess:
@@ -70,10 +76,89 @@ def guess_on_refined(fine: Refined, at: Configuration, state: State) -> Guess:
     return Guess(on_refined(fine, at, state), ratios=np.tile(means, (len(ratios), 1)))
 
 
+@dataclass(frozen=True, eq=False)
+class Nested:
+    """A refined mesh `there` under its loads, with the factorised tangent of the coarser one at an equilibrium."""
+
+    split: Split
+    tangent: Tangent
+    there: Configuration
+
+    @property
+    def definite(self) -> bool:
+        """Whether the tangent of the coarser mesh is positive definite, so that conjugate gradients serve."""
+        return not self.there.model.mixed and self.tangent.negative_pivots == 0
+
+    def forces(self, vector: np.ndarray) -> np.ndarray:
+        """−R at unknowns (n,) of the refined mesh, by the split ones."""
+        model = self.there.model
+        return -self.split.forces(
+            kernels.value_and_residual(model.potential, self.there.X, model.state(vector), self.there.loads)[1]
+        )
+
+    def linearised(self, vector: np.ndarray) -> Linearised | None:
+        """The linearised equilibrium at these unknowns; None where a new node alone would lower the potential."""
+        model, state = self.there.model, self.there.model.state(vector)
+        surplus = surplus_of(self.split, self.there, state)
+        if surplus is None:
+            return None
+        return Linearised(self, surplus, tangent_map(model.potential, self.there.X, state, self.there.loads))
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The equations K δ = −R on a refined mesh, by the split unknowns, with their preconditioner."""
+
+    nested: Nested
+    surplus: Surplus
+    product: Callable[[State], State]
+
+    def precondition(self, forces: np.ndarray) -> np.ndarray:
+        """The split unknowns from forces on them, nearly."""
+        coarse = self.nested.split.coarse
+        return np.concatenate([self.nested.tangent.precondition(forces[:coarse]), self.surplus.solved(forces[coarse:])])
+
+    def size(self, forces: np.ndarray) -> float:
+        """How large forces are in the norm of the preconditioner."""
+        moved = self.precondition(forces)
+        return float(np.sqrt(forces @ moved) if self.nested.definite else np.linalg.norm(moved))
+
+    def solved(self, forces: np.ndarray, left: float, most: int) -> tuple[np.ndarray, float]:
+        """The step (n,) of the unknowns of the refined mesh that leaves a part of the forces, and the spread.
+
+        Parameters
+        ----------
+        forces : by the split unknowns.
+        left : in the norm of the preconditioner.
+        most : products.
+        """
+        split, method = self.nested.split, conjugate_gradients if self.nested.definite else minimal_residuals
+        found = method(lambda x: split.forces(self.product(split.direction(x))), self.precondition, forces, left, most)
+        return self.nested.there.model.vector(split.direction(found.x)), found.spread
+
+    def balanced(self, vector: np.ndarray) -> State:
+        """The state with its forces in balance where the coarser fields pass them on, to the plate and to obstacles."""
+        split, model = self.nested.split, self.nested.there.model
+        last = self.precondition(self.nested.forces(vector))
+        return model.state(vector + model.vector(split.direction(split.of_coarse(last[: split.coarse]))))
+
+
+def _nested(fine: Refined, at: Configuration, tangent: Tangent, state: State, there: Configuration) -> Nested | None:
+    """A mesh refined; None where surfaces would meet, and for nearly incompressible rubber without π."""
+    start = there.model.vector(on_refined(fine, at, state))
+    if not apart(there, start) or (not at.model.mixed and bulk_over_shear(at) >= LOCKING):
+        return None
+    try:
+        tangent.move_to(at, state)
+    except SingularMatrix:
+        return None
+    return Nested(Split(fine, at, state, there), tangent, there)
+
+
 def near_refined(
     fine: Refined, at: Configuration, tangent: Tangent, state: State, there: Configuration
 ) -> tuple[Configuration, State] | None:
-    """The state on a refined mesh, with its configuration (enclosed chambers have other pressures there).
+    """The state on a refined mesh by one linear step, with its configuration (enclosed chambers have other pressures).
 
     None where the residual does not fall, where surfaces would meet, where small parts of the body are unstable, and
     for nearly incompressible rubber without π.
@@ -88,56 +173,80 @@ def near_refined(
     there : Configuration
         The refined mesh under the same loads.
     """
-    start = on_refined(fine, at, state)
-    vector = there.model.vector(start)
-    if not apart(there, vector) or (not at.model.mixed and bulk_over_shear(at) >= LOCKING):
+    nested = _nested(fine, at, tangent, state, there)
+    if nested is None:
         return None
-    try:
-        tangent.move_to(at, state)
-    except SingularMatrix:
-        return None
+    vector = there.model.vector(on_refined(fine, at, state))
     border = None if at.enclosed is None else border_at(at, tangent, state)
-    split = Split(fine, at, state, there)
-    surplus = surplus_of(split, there, start)
-    if surplus is None:
+    here = nested.linearised(vector)
+    if here is None:
         return None
-    model = there.model
-    product = tangent_map(model.potential, there.X, start, there.loads)
-
-    def pulled(vector: np.ndarray) -> np.ndarray:
-        """−R, by the split unknowns."""
-        residual = kernels.value_and_residual(model.potential, there.X, model.state(vector), there.loads)[1]
-        return -split.forces(residual)
-
-    def precondition(r: np.ndarray) -> np.ndarray:
-        return np.concatenate([tangent.precondition(r[: split.coarse]), surplus.solved(r[split.coarse :])])
-
-    before, definite = pulled(vector), not model.mixed and tangent.negative_pivots == 0
-    method, left, most = (
-        (conjugate_gradients, PLAIN_LEFT, PLAIN) if definite else (minimal_residuals, MIXED_LEFT, MIXED)
-    )
-    solution = method(lambda x: split.forces(product(split.direction(x))), precondition, before, left, most)
-    step = model.vector(split.direction(solution.x))
+    before = nested.forces(vector)
+    left, most = (PLAIN_LEFT, PLAIN) if nested.definite else (MIXED_LEFT, MIXED)
+    step, spread = here.solved(before, left, most)
     if border is not None:
-        there, step = _with_pressures(there, border, split, vector, step)
-    if not np.isfinite(solution.spread) or not np.all(np.isfinite(step)) or free_share(there, vector, step) < 1.0:
+        there, step = _with_pressures(there, border, nested.split, vector, step)
+        here = replace(here, nested=replace(nested, there=there))
+    if not np.isfinite(spread) or not np.all(np.isfinite(step)) or free_share(there, vector, step) < 1.0:
         return None
-    after = pulled(vector + step)
-    first, last = precondition(before), precondition(after)
-    sizes = [np.sqrt(r @ z) if definite else np.linalg.norm(z) for r, z in ((before, first), (after, last))]
-    if not sizes[1] <= CONTRACTING * sizes[0]:
+    if not here.size(here.nested.forces(vector + step)) <= CONTRACTING * here.size(before):
         return None
-    # Forces on the plate and on obstacles need balance where they are passed on, which is in the coarser fields.
-    balanced = split.of_coarse(last[: split.coarse])
-    return there, model.state(vector + step + model.vector(split.direction(balanced)))
+    return there, here.balanced(vector + step)
 
 
-def _pressures(fine: Refined, at: Configuration, state: State) -> np.ndarray:
-    """π of a state or a direction of the coarser mesh at all nodes of the refined one, region by region."""
-    if not at.model.mixed:
-        return state.hydrostatic
-    coarse = np.asarray(state.hydrostatic).reshape(len(at.model.rubbers), -1)
-    return (fine.linear @ coarse.T).T.ravel()
+def search_refined(
+    fine: Refined, at: Configuration, tangent: Tangent, state: State, there: Configuration
+) -> State | None:
+    """The state on a refined mesh by Newton's method, each of whose steps takes a few products; None where it fails.
+
+    Plain elements lower the potential, mixed ones the residual in the norm of the preconditioner. Displacements of the
+    coarser mesh are rough there at first: little is gained by solving for them well.
+
+    Parameters
+    ----------
+    fine, at, tangent, state, there
+        See `near_refined`.
+    """
+    nested = None if at.enclosed is not None else _nested(fine, at, tangent, state, there)
+    if nested is None or not (nested.definite or there.model.mixed):
+        return None
+    vector = there.model.vector(on_refined(fine, at, state))
+    scale, first = applied_force(there, there.model.state(vector)), 0.0
+    for _ in range(MOST_STEPS):
+        energy, residual = evaluate(there, there.model.state(vector))
+        place = Place(vector, energy, supported(there, residual))
+        here = nested.linearised(vector)
+        if here is None:
+            return None
+        forces = nested.forces(vector)
+        size = here.size(forces)
+        first = first or size
+        if place.size <= MET * scale or size <= MET * first:
+            return here.balanced(vector)
+        step, _ = here.solved(forces, *(ROUGH if place.size > ROUGH_FROM * scale else SMOOTH))
+        following = _lower(there, place, step) if nested.definite else _contracted(here, vector, step, size)
+        if following is None:
+            return None
+        vector = following
+    return None
+
+
+def _lower(there: Configuration, place: Place, step: np.ndarray) -> np.ndarray | None:
+    """The unknowns after as much of a step as lets the potential fall."""
+    moved = line_search(there, place, step)
+    return None if moved is None else moved.vector
+
+
+def _contracted(here: Linearised, vector: np.ndarray, step: np.ndarray, size: float) -> np.ndarray | None:
+    """The unknowns after as much of a step as lets the residual fall, in the norm of the preconditioner."""
+    there = here.nested.there
+    share = free_share(there, vector, step)
+    for _ in range(MOST_HALVINGS if share else 0):
+        forces = here.nested.forces(vector + share * step)
+        if np.isfinite(forces).all() and here.size(forces) <= (1.0 - share / 4.0) * size:
+            return vector + share * step
+        share /= 2.0
+    return None
 
 
 def _with_pressures(
@@ -153,144 +262,3 @@ def _with_pressures(
     change = np.linalg.solve(border.schur, push.T @ step - missing_volumes(there, state))
     step = step + model.vector(split.direction(split.of_coarse(border.along @ change)))
     return with_pressures(there, given, np.asarray(there.loads.pressure)[given.rows(model)] + change), step
-
-
-class Split:
-    """The unknowns of a refined mesh: those of the coarser one (`coarse` of them), s (m, 3) of new nodes, and q."""
-
-    def __init__(self, fine: Refined, at: Configuration, state: State, there: Configuration):
-        self.fine, self.at, self.coarse = fine, at, at.model.size
-        self._nodes = Displacement(at.model.tip, at.X, state)
-        own = there.model.independent
-        new = own >= at.model.nodes
-        free = ~there.constrained[: 3 * len(own)].reshape(-1, 3)
-        self.new, self.free = own[new], free[new]
-        corners = there.model.sparsity.corners
-        self.inside = corners[np.isin(corners % there.model.nodes, fine.mids)]
-
-    def of_coarse(self, c: np.ndarray) -> np.ndarray:
-        """Unknowns of the coarser mesh as those of the refined one."""
-        return np.concatenate([c, np.zeros(3 * len(self.new) + len(self.inside))])
-
-    def direction(self, x: np.ndarray) -> State:
-        """A change of the unknowns as one of the state of the refined mesh."""
-        change = self.at.model.state(x[: self.coarse])
-        u, hydrostatic = self.fine.P @ self._nodes.along(change), _pressures(self.fine, self.at, change)
-        u[self.new] += x[self.coarse : self.coarse + self.free.size].reshape(-1, 3)
-        hydrostatic[self.inside] += x[self.coarse + self.free.size :]
-        return change._replace(u=u, hydrostatic=hydrostatic)
-
-    def forces(self, full: State) -> np.ndarray:
-        """The transpose: forces on the unknowns from those on the refined mesh, zero where they are constrained."""
-        model = self.at.model
-        by = self._nodes.pulled(self.fine.P.T @ full.u)
-        by = by._replace(plate=by.plate + full.plate, objects=full.objects)
-        if model.mixed:
-            every = self.fine.linear.T @ full.hydrostatic.reshape(len(model.rubbers), -1).T
-            on_sources = [np.bincount(model.source, each, model.nodes) for each in every.T]
-            by = by._replace(hydrostatic=np.concatenate(on_sources))
-        c = np.where(self.at.constrained, 0.0, model.vector(by))
-        s = np.where(self.free, full.u[self.new], 0.0)
-        return np.concatenate([c, s.ravel(), full.hydrostatic[self.inside]])
-
-
-@dataclass(frozen=True, eq=False)
-class Surplus:
-    """Blocks of s and q: (αD)⁻¹ (m, 3, 3), B (k, 3m), C (k, k), and the diagonal of the Schur complement."""
-
-    softness: np.ndarray
-    coupling: sparse.csr_array
-    compression: sparse.csr_array
-    diagonal: np.ndarray
-
-    def _yielding(self, forces: np.ndarray) -> np.ndarray:
-        return np.einsum("aij,aj->ai", self.softness, forces.reshape(-1, 3)).ravel()
-
-    def solved(self, forces: np.ndarray) -> np.ndarray:
-        """s and q from the forces on them."""
-        end = 3 * len(self.softness)
-        s = self._yielding(forces[:end])
-        if end == len(forces):
-            return s
-        B, C = self.coupling, self.compression
-        q = conjugate_gradients(
-            lambda q: C @ q + B @ self._yielding(B.T @ q),
-            lambda r: r / self.diagonal,
-            B @ s - forces[end:],
-            CLOSE,
-            INNER,
-        ).x
-        return np.concatenate([s - self._yielding(B.T @ q), q])
-
-
-def surplus_of(split: Split, there: Configuration, state: State) -> Surplus | None:
-    """The blocks at a state; None where a new node alone would lower the potential."""
-    model = there.model
-    u, tied = displacement(model.tip, there.X, state), model.tip.tied
-    rank, inside = np.full(model.nodes, -1), np.full(len(model.sparsity.rank), -1)
-    rank[split.new], inside[split.inside] = np.arange(len(split.new)), np.arange(len(split.inside))
-    rank[tied.nodes] = rank[tied.sources]
-    D, B, C = np.zeros((len(split.new), 3, 3)), _Entries(), _Entries()
-    for elements, energies in model.potential.groups:
-        nodes, places = elements.nodes[: elements.count], elements.hydrostatics[: elements.count].astype(int)
-        if nodes.shape[1] == 0:
-            continue
-        at, turn = elements.local(there.X, u, state), _turns(tied, nodes)
-        for energy in energies:
-            if (blocks := energy.node_blocks(elements, at, there.loads)) is None:
-                continue
-            motion, coupling, compression = blocks
-            _add_blocks(D, rank[nodes], motion.reshape(*nodes.shape, 3, 3), turn)
-            if places.shape[1]:
-                coupling = coupling if turn is None else coupling @ turn
-                of = 3 * rank[nodes][:, :, None, None] + np.arange(3)
-                B.add(coupling, inside[places][:, None, :, None], of)
-                C.add(-compression, inside[places][:, :, None], inside[places][:, None, :])
-    for touch, _, _ in model.potential.touches(there.X + u, state, there.loads):
-        by_places = sparse.bsr_array(touch.hessian, blocksize=(3, 3))
-        row = np.repeat(np.arange(model.nodes), np.diff(by_places.indptr))
-        own = np.flatnonzero(row == by_places.indices)
-        _add_blocks(D, rank[row[own]], by_places.data[own], _turns(tied, row[own]))
-    fixed = ~split.free
-    D[fixed[:, :, None] | fixed[:, None, :]] = 0.0
-    D[:, np.arange(3), np.arange(3)] += fixed
-    if not all(np.all(np.linalg.det(D[:, :k, :k]) > 0.0) for k in (1, 2, 3)):
-        return None
-    softness = np.linalg.inv(D) / (SOFTER if model.mixed else 1.0)
-    count, size = len(split.inside), 3 * len(D)
-    coupling = B.matrix((count, size)) @ sparse.diags_array(split.free.ravel().astype(float))
-    compression, starts = C.matrix((count, count)), np.arange(len(D) + 1)
-    yielding = coupling @ sparse.bsr_array((softness, starts[:-1], starts), (size, size)).tocsr()
-    diagonal = compression.diagonal() + yielding.multiply(coupling).sum(axis=1)
-    return Surplus(softness, sparse.csr_array(coupling), compression, diagonal)
-
-
-class _Entries:
-    """The entries of a matrix, which are added up; those with a negative row or column are not in it."""
-
-    def __init__(self) -> None:
-        self._parts: list[tuple[np.ndarray, ...]] = [(np.zeros(0), np.zeros(0, int), np.zeros(0, int))]
-
-    def add(self, values: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
-        rows, columns = np.broadcast_to(rows, values.shape), np.broadcast_to(columns, values.shape)
-        used = (rows >= 0) & (columns >= 0)
-        self._parts.append((values[used], rows[used], columns[used]))
-
-    def matrix(self, shape: tuple[int, int]) -> sparse.csr_array:
-        values, rows, columns = map(np.concatenate, zip(*self._parts, strict=True))
-        return sparse.csr_array((values, (rows, columns)), shape)
-
-
-def _turns(tied: Tied, nodes: np.ndarray) -> np.ndarray | None:
-    """The turns (…, 3, 3) from the sources of nodes to them; None where none is an image."""
-    images = np.isin(nodes, tied.nodes)
-    return np.where(images[..., None, None], tied.turn, np.eye(3)) if images.any() else None
-
-
-def _add_blocks(D: np.ndarray, rank: np.ndarray, blocks: np.ndarray, turn: np.ndarray | None) -> None:
-    """Add blocks (…, 3, 3) of nodes with these ranks to D (m, 3, 3), turned back from where they are images."""
-    blocks = blocks if turn is None else turn.swapaxes(-1, -2) @ blocks @ turn
-    of = rank[rank >= 0]
-    for i in range(3):
-        for j in range(3):
-            D[:, i, j] += np.bincount(of, blocks[rank >= 0, i, j], len(D))
