@@ -121,6 +121,8 @@ def test_what_cannot_work_is_ruled_out():
     assert names(target("bending_y", "bending_x")) == {"around3", "around4"}
     assert {"profile", "pneunet", "bellows"} <= names(target("bending_y"))
     assert not {"profile", "pneunet", "bellows"} & names(target("extension"))
+    assert not {"pneunet", "bellows"} & names(target("bending_y", made="one piece"))
+    assert "profile" in names(target("bending_y", made="one piece"))
     assert "pneunet" not in names(target("bending_y", limits={"curvature": "0.2 /mm^2"}))
     assert "around2" in names(target("bending_y", "-bending_y"))
     assert names(target("twist")) == {"threads"}

@@ -161,6 +161,8 @@ class Target(Table):
     """The pressures that chambers may have."""
     reinforcement: Annotated[bool, Strict()] = False
     """Whether cloth and thread may be used beside rubber."""
+    made: Literal["one piece", "layers"] = "layers"
+    """Whether the body is cast in one piece, or may be of layers that are cast one by one and bonded."""
     end_effector: EndEffector = EndEffector()
     """What the tip carries."""
     gravity: Gravity | None = None

@@ -24,6 +24,8 @@ TUBES = ("curvature", "skew", "stretch")
 def _unsuited(target: Target) -> str:
     if reason := bends_one_way(target):
         return reason
+    if target.made == "one piece":
+        return "it is cast in two layers that are bonded, and made asks for one piece"
     if any(getattr(target.limits, key) != getattr(Limits(), key) for key in TUBES):
         return f"limits.{TUBES[0]}, {TUBES[1]} and {TUBES[2]} are for tubes, which rows on a floor are not"
     if not np.isclose(np.abs(target.directions[0]).max(), 1.0):
