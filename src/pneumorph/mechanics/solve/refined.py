@@ -144,7 +144,7 @@ class Linearised:
 
 
 def _nested(fine: Refined, at: Configuration, tangent: Tangent, state: State, there: Configuration) -> Nested | None:
-    """A mesh refined; None where surfaces would meet, and for nearly incompressible rubber without π."""
+    """What both ways begin with; None where surfaces would meet, and for nearly incompressible rubber without π."""
     start = there.model.vector(on_refined(fine, at, state))
     if not apart(there, start) or (not at.model.mixed and bulk_over_shear(at) >= LOCKING):
         return None
