@@ -2,12 +2,14 @@
 
 import gc
 import os
+from functools import cache
 from itertools import count
 from pathlib import Path
 
 import jax
 import numpy as np
 import pytest
+import typer.testing
 from compiling import share_kernels
 from hypothesis import settings
 
@@ -45,6 +47,14 @@ def kernels_of_all_processes(tmp_path_factory):
     """Processes that run tests beside each other share what they compile."""
     if "PYTEST_XDIST_WORKER" in os.environ:
         share_kernels(tmp_path_factory.getbasetemp().parent / "kernels")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def commands_are_built_once():
+    """Typer's runner would build all commands from their signatures for each call, which takes longer than most do."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.testing, "_get_command", cache(typer.main.get_command))
+        yield
 
 
 @pytest.fixture(autouse=True)
