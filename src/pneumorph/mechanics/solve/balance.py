@@ -271,6 +271,9 @@ def free_share(at: Configuration, vector: np.ndarray, step: np.ndarray) -> float
         free = contact.free_share(start, places(at, end), poses, poses_at(at, end))
         if free == 1.0:
             return share
+        if free <= 0.0:
+            # They meet at its start, however short it is.
+            return 0.0
         # A plate that turns by less moves its nodes another way: the shorter way is checked too.
         share *= SHORTER * free
     return 0.0
