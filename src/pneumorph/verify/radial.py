@@ -8,15 +8,17 @@ stress P_r/λ_θⁿ is −p inside and 0 outside. SciPy's collocation solves thi
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from scipy.integrate import solve_bvp
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import Rubber
-from pneumorph.mechanics.material.energies import SMALLEST_RATIO
+from pneumorph.mechanics.material.energies import SMALLEST_RATIO, Energy
 
 TUBE, SPHERE = 1, 2
 """Number of directions in which a surface is curved."""
@@ -82,27 +84,38 @@ def _principal(rubber: Rubber, curved: int):
 
     λ_θ stands for `curved` equal stretches, so ∂ψ/∂λ_θ is P_θ times their number.
     """
-    parameters = jnp.asarray(rubber.parameters)
-
-    def psi(stretches: jnp.ndarray) -> jnp.ndarray:
-        radial, hoop = stretches
-        third = hoop if curved == SPHERE else 1.0
-        return rubber.energy(jnp.diag(jnp.stack([radial, hoop, jnp.asarray(third)])), parameters)
-
-    slope, curvature = jax.jit(jax.vmap(jax.grad(psi))), jax.jit(jax.vmap(jax.hessian(psi)))
+    of_rubber = rubber.energy, jnp.asarray(rubber.parameters), curved
     return (
-        lambda radial, hoop: np.moveaxis(_evaluated(slope, radial, hoop), -1, 0),
-        lambda radial, hoop: np.moveaxis(_evaluated(curvature, radial, hoop), (-2, -1), (0, 1)),
+        lambda radial, hoop: np.moveaxis(_evaluated(_slope, *of_rubber, radial, hoop), -1, 0),
+        lambda radial, hoop: np.moveaxis(_evaluated(_curvature, *of_rubber, radial, hoop), (-2, -1), (0, 1)),
     )
 
 
-def _evaluated(function, radial, hoop) -> np.ndarray:
-    """A function of (λ_r, λ_θ) at many points, padded to one of a few lengths so that it is seldom compiled again."""
+def _psi(stretches: Array, energy: Energy, parameters: Array, curved: int) -> Array:
+    """ψ of (λ_r, λ_θ)."""
+    radial, hoop = stretches
+    third = hoop if curved == SPHERE else 1.0
+    return energy(jnp.diag(jnp.stack([radial, hoop, jnp.asarray(third)])), parameters)
+
+
+# Compiled once for every kind of rubber.
+@partial(jax.jit, static_argnums=(1, 3))
+def _slope(points: Array, energy: Energy, parameters: Array, curved: int) -> Array:
+    return jax.vmap(lambda stretches: jax.grad(_psi)(stretches, energy, parameters, curved))(points)
+
+
+@partial(jax.jit, static_argnums=(1, 3))
+def _curvature(points: Array, energy: Energy, parameters: Array, curved: int) -> Array:
+    return jax.vmap(lambda stretches: jax.hessian(_psi)(stretches, energy, parameters, curved))(points)
+
+
+def _evaluated(function, energy: Energy, parameters: Array, curved: int, radial, hoop) -> np.ndarray:
+    """A derivative of ψ at many (λ_r, λ_θ), padded to one of a few lengths so that it is seldom compiled again."""
     points = np.stack(np.broadcast_arrays(radial, hoop), axis=-1)
     flat = points.reshape(-1, 2)
     padded = np.ones((max(64, 2 ** int(np.ceil(np.log2(len(flat))))), 2))
     padded[: len(flat)] = flat
-    values = np.asarray(function(padded))[: len(flat)]
+    values = np.asarray(function(padded, energy, parameters, curved))[: len(flat)]
     return values.reshape(*points.shape[:-1], *values.shape[1:])
 
 
