@@ -82,6 +82,17 @@ def unoptimised():
     jax.clear_caches()
 
 
+@pytest.fixture(scope="module")
+def without_mesh_errors():
+    """For modules that simulate and do not ask how far meshes are off, which takes longer than the states do."""
+    # Loaded here, as most modules do not simulate.
+    from pneumorph.analysis import simulate
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(simulate, "refined_model", lambda *_: None)
+        yield
+
+
 @pytest.fixture
 def drawn(monkeypatch):
     """The jobs that VTK was given, which are drawn as grey pictures."""

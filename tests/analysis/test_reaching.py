@@ -10,6 +10,8 @@ from pneumorph.analysis.reaching import Reaching
 from pneumorph.problem import loads
 from pneumorph.problem.components import MOTIONS
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 PLACES = {3: ((4.2, 0.0), (-2.1, 3.6), (-2.1, -3.6)), 2: ((4.0, 0.0), (-4.0, 0.0))}
 LARGEST = 0.06
 

@@ -15,6 +15,8 @@ from pneumorph.mechanics import Equilibrium, rotation, solve
 from pneumorph.problem import loads
 from pneumorph.results import SweepStep, from_json, to_json
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 TASK = """
 [[task]]
 name = "bend"

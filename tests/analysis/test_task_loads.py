@@ -11,6 +11,8 @@ from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.design import starting_design
 from pneumorph.problem import loads
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 OWN = {
     "force": '["0.1 N", "0 N", "-0.5 N"]',
     "moment": '["0 N*mm", "2 N*mm", "0 N*mm"]',

@@ -18,6 +18,8 @@ from pneumorph.interface.design import starting_design
 from pneumorph.limits.limit import ROUNDING
 from pneumorph.problem import load
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 
 @pytest.fixture
 def run():

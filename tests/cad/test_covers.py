@@ -13,6 +13,8 @@ from pneumorph.mesh.tets import triangle_gradient
 from pneumorph.problem import loads
 from pneumorph.sensitivity.taylor import taylor_test
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 SHEET = """
 [[membrane]]
 name = "paper"

@@ -19,6 +19,8 @@ from pneumorph.mesh import scaled_jacobian
 from pneumorph.problem import load, loads
 from pneumorph.results.fields import unpack_fields
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 TUBE = {"length": "24 mm", "radius": "8 mm"}
 CHAMBER = {"name": "A", "radius": "5 mm", "center": ["0 mm", "0 mm"], "span": ["3 mm", "21 mm"]}
 

@@ -5,6 +5,8 @@ import json
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 WALL = """
 [[obstacle]]
 name = "wall"

@@ -9,6 +9,8 @@ import pytest
 
 from pneumorph.problem.material import library
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 
 def test_list_names_every_elastomer_and_its_source(run):
     result = run("material", "list")

@@ -9,6 +9,8 @@ from pneumorph import load
 from pneumorph.interface.reach import range_of
 from pneumorph.problem.components import MOTIONS, is_turn
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 
 def test_a_motion_and_one_that_is_out_of_reach(run, tiny, tmp_path):
     table = tmp_path / "curve.csv"

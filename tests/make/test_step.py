@@ -13,6 +13,8 @@ from pneumorph.geometry.tube.surface import enclosed_volume
 from pneumorph.interface.design import starting_design
 from pneumorph.problem import loads
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 make = pytest.importorskip("pneumorph.make", reason="needs the extra cad")
 from pneumorph.make.patches import ALONG, patches  # noqa: E402
 

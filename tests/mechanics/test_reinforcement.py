@@ -33,6 +33,8 @@ from pneumorph.results import unpack_fields
 from pneumorph.run.complete import complete
 from pneumorph.sensitivity import taylor_test
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 SMALL = 0.01
 FLAT = np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0], [1, 0, 0], [1, 0.5, 0], [0, 0.5, 0]])
 """A face of 1 mm²; x is its first coordinate."""
