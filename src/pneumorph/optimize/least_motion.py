@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.optimize.accelerated import minimise, tightened
+from pneumorph.optimize.products import SparseRows
 from pneumorph.optimize.settings import MotionSettings
 from pneumorph.optimize.smoothing import Smoothing
 
@@ -48,14 +49,15 @@ def least_motion(
         To which rows are met.
     settings : MotionSettings
     """
-    transposed, moduli = sparse.csr_array(jacobian.T), abs(jacobian)
+    rows = SparseRows.of(jacobian)
+    moduli = rows.moduli()
 
     def product(multiplier: np.ndarray) -> np.ndarray:
-        return jacobian @ smooth.apply(smooth.transpose(transposed @ multiplier))
+        return rows.times(smooth.apply(smooth.transpose(rows.transposed_times(multiplier))))
 
-    whole = moduli @ smooth.moduli.apply(smooth.moduli.transpose(moduli.T @ np.ones(len(excess))))
+    whole = moduli.times(smooth.moduli.apply(smooth.moduli.transpose(moduli.transposed_times(np.ones(len(excess))))))
     scale = tightened(np.maximum(whole, 1e-12), product)
-    elastic, pushed = settings.compliance * scale, excess - jacobian @ smooth.apply(smooth.transpose(slope))
+    elastic, pushed = settings.compliance * scale, excess - rows.times(smooth.apply(smooth.transpose(slope)))
     multipliers = minimise(
         lambda multiplier: elastic * multiplier - pushed + product(multiplier),
         np.maximum(excess, 0.0) / scale,
@@ -65,5 +67,5 @@ def least_motion(
         settings.iterations,
         accuracy / (scale + elastic),
     )
-    z = -smooth.transpose(slope + transposed @ multipliers)
+    z = -smooth.transpose(slope + rows.transposed_times(multipliers))
     return SmoothMotion(z, smooth.apply(z))

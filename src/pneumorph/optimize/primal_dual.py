@@ -20,6 +20,7 @@ from scipy import sparse
 
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.optimize.accelerated import SAFETY
+from pneumorph.optimize.products import SparseRows, push_on, step_on
 from pneumorph.optimize.smoothing import Smoothing
 
 
@@ -108,45 +109,44 @@ def improved(
         much in units of its length.
     settings : PrimalDualSettings
     """
-    smooth, low, high = program.smooth, program.lower, program.upper
-    rows = len(program.known)
+    smooth = program.smooth
+    limits = len(program.known)
     whole = sparse.csr_array(sparse.vstack([program.jacobian, program.factors]), dtype=float)
     length = np.maximum(np.sqrt(np.asarray(whole.power(2).sum(axis=1)).ravel()), 1e-12)
-    length[rows - program.dense : rows] /= settings.dense
-    matrix = sparse.csr_array(sparse.diags_array(1.0 / length) @ whole)
-    transposed, known = sparse.csr_array(matrix.T), program.known / length[:rows]
-    diagonal, norm = _scaled(smooth, matrix, transposed, settings.rounds)
+    length[limits - program.dense : limits] /= settings.dense
+    rows = SparseRows.of(sparse.csr_array(sparse.diags_array(1.0 / length) @ whole))
+    known = np.concatenate([program.known, np.zeros(len(length) - limits)]) / length
+    diagonal, norm = _scaled(smooth, rows, settings.rounds)
     balance = settings.balance / width
     rise, fall = balance / norm, diagonal / (balance * norm)
-    shrink, bend = 1.0 / (1.0 + fall * program.pull), 1.0 / (1.0 + rise / length[rows:] ** 2)
+    shrink, bend = 1.0 / (1.0 + fall * program.pull), 1.0 / (1.0 + rise / length[limits:] ** 2)
     slope = smooth.transpose(program.slope)
-    z, dual = begin.z, np.concatenate([begin.multiplier * length[:rows], begin.bent * length[rows:]])
+    z, ahead = begin.z.copy(), np.empty_like(begin.z)
+    dual = np.concatenate([begin.multiplier, begin.bent]) * length
+    # No limit has been looked at.
+    farther = np.column_stack([np.zeros(len(length)), np.maximum(rows.moduli().times(np.ones(rows.width)), 1e-12)])
+    point, moved = np.zeros_like(z), 0.0
     for _ in range(iterations):
         stop_if_asked()
-        moved = shrink * (z - fall * (slope + smooth.transpose(transposed @ dual)))
-        np.clip(moved, low, high, out=moved)
-        image = matrix @ smooth.apply(2.0 * moved - z)
-        image[:rows] += known
-        aimed = dual + rise * image
-        np.maximum(aimed[:rows], 0.0, out=aimed[:rows])
-        aimed[rows:] *= bend
-        further, push = moved - z, aimed - dual
-        z, dual = z + settings.beyond * further, dual + settings.beyond * push
-        np.maximum(dual[:rows], 0.0, out=dual[:rows])
-        if max(np.abs(further).max(initial=0.0), np.abs(push).max(initial=0.0) / rise) <= accuracy * width:
+        downhill = slope + smooth.transpose(rows.transposed_times(dual))
+        far = step_on(z, downhill, fall, shrink, program.lower, program.upper, settings.beyond, ahead)
+        point, before = smooth.apply(ahead), point
+        moved += float(np.abs(point - before).max(initial=0.0))
+        push = push_on(*rows[:3], known, point, limits, rise, bend, settings.beyond, dual, farther, moved)
+        if max(far, push / rise) <= accuracy * width:
             break
-    return Pair(np.clip(z, low, high), dual[:rows] / length[:rows], dual[rows:] / length[rows:])
+    return Pair(
+        np.clip(z, program.lower, program.upper), dual[:limits] / length[:limits], dual[limits:] / length[limits:]
+    )
 
 
-def _scaled(
-    smooth: Smoothing, matrix: sparse.csr_array, transposed: sparse.csr_array, rounds: int
-) -> tuple[np.ndarray, float]:
-    """A diagonal D (n,), and the largest singular value of matrix·S·D^½ by the power method, with `SAFETY`."""
-    sums = smooth.moduli.transpose(abs(transposed) @ np.ones(len(matrix.indptr) - 1))
+def _scaled(smooth: Smoothing, rows: SparseRows, rounds: int) -> tuple[np.ndarray, float]:
+    """A diagonal D (n,), and the largest singular value of J·S·D^½ by the power method, with `SAFETY`; J are rows."""
+    sums = smooth.moduli.transpose(rows.moduli().transposed_times(np.ones(len(rows.start) - 1)))
     root = 1.0 / np.sqrt(np.maximum(sums, 1e-12))
     vector, largest = np.full(len(root), 1.0 / np.sqrt(max(len(root), 1))), 0.0
     for _ in range(rounds):
-        image = root * smooth.transpose(transposed @ (matrix @ smooth.apply(root * vector)))
+        image = root * smooth.transpose(rows.transposed_times(rows.times(smooth.apply(root * vector))))
         largest = float(np.linalg.norm(image))
         if largest == 0.0:
             return root**2, 1.0
