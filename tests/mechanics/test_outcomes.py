@@ -1,5 +1,7 @@
 """What the solver says when there is no equilibrium, and that both factorisations agree."""
 
+import importlib
+
 import numpy as np
 import pytest
 from tiny import TINY
@@ -48,6 +50,25 @@ def test_the_search_ends_after_the_factorisations_allowed():
     assert found.reason == "no equilibrium found in 12 factorisations"
     assert solver.factorisations == 12
     assert isinstance(solve(configure(built, mesh.points, build_loads(built, {"A": 0.01})), solver), Equilibrium)
+
+
+def test_steps_that_take_many_factorisations_are_shortened(monkeypatch):
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = build_model(mesh, RUBBER)
+    at = configure(built, mesh.points, build_loads(built, {"A": 0.2}))
+    search = importlib.import_module("pneumorph.mechanics.solve.search")
+    whole, steps, soon = solve(at, Tangent(built)), [], search._found_soon
+
+    def counted(*arguments):
+        steps.append(soon(*arguments))
+        return steps[-1]
+
+    monkeypatch.setattr(search, "FEW", 1)
+    monkeypatch.setattr(search, "_found_soon", counted)
+    found = solve(at, Tangent(built))
+    assert "none was found in 1 factorisations" in steps
+    assert isinstance(steps[-1], tuple)
+    assert np.abs(found.u - whole.u).max() < 1e-6
 
 
 def test_a_start_turned_inside_out_is_answered_from_rest():

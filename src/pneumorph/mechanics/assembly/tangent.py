@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -287,6 +289,16 @@ class Tangent:
         if origin is None or self.is_of(at, state) or (self._model.mixed and not lent):
             return False
         return (origin.at is at or lent) and not origin.raised and self.negative_pivots == 0
+
+    @contextmanager
+    def spending(self, most: float) -> Iterator[None]:
+        """At most this many factorisations within, of those that are left: one more raises `TooCostly`."""
+        allowed = self.max_factorisations
+        self.max_factorisations = min(allowed, self.factorisations + most)
+        try:
+            yield
+        finally:
+            self.max_factorisations = allowed
 
     def factorise_convex(self, at: Configuration, state: State, least: float = 1e-3, first: float = 0.0) -> float:
         """Factorise; if the tangent is unstable, raise its diagonal until it is stable. Returns by what fraction.

@@ -195,17 +195,14 @@ def _next(
     at: Configuration, part: Configuration, tangent: Tangent, state: State, ahead: State
 ) -> tuple[State, float] | None:
     """The next stable state on a path, with its relative residual, from the one before and the predicted one."""
-    allowed = tangent.max_factorisations
     start = without_meeting(part, state, ahead)
-    tangent.max_factorisations = min(allowed, tangent.factorisations + FEW)
     try:
-        found = find_near(part, tangent, guess_after(at, state, part, start), TOLERANCE)
-        if isinstance(found, str) or tangent.pivots_at(part, found[0]) > 0:
-            return None
+        with tangent.spending(FEW):
+            found = find_near(part, tangent, guess_after(at, state, part, start), TOLERANCE)
+            if isinstance(found, str) or tangent.pivots_at(part, found[0]) > 0:
+                return None
     except (SingularMatrix, TooCostly):
         return None
-    finally:
-        tangent.max_factorisations = allowed
     return found if _as_predicted(part, found[0], ahead, state) else None
 
 

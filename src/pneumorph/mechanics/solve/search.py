@@ -45,6 +45,10 @@ that is held move."""
 SMALLEST_FIRST = 1 / 512
 """The same in the first step: a membrane at rest is far softer than under any load."""
 
+FEW, EASY = 8, 4
+"""Factorisations after which a step without contact that can be shorter is given up, and up to which the next one is
+longer: what searches find after dozens of factorisations costs more than two steps half as long."""
+
 SMALLEST_MOVE = 1e-4
 """`SMALLEST_FRACTION` where obstacles move, which may have to be less than the gap to what they press on."""
 
@@ -258,8 +262,11 @@ def _raise(
             fraction, start = reached + free * (fraction - reached), between(state, start, free)
             part = part_way(begin, whole, fraction)
         start = without_meeting(part, state, start)
+        divisible = whole.model.contact is None and fraction - reached >= 2 * short
+        spent = tangent.factorisations
         with doing(_where(part, fraction)):
-            found = find_near(part, tangent, guess_after(at, state, part, start), tolerance)
+            guess = guess_after(at, state, part, start)
+            found = _found_soon(part, tangent, guess, tolerance, FEW if divisible else math.inf)
             if isinstance(found, str) and (step < short or (whole.model.contact is not None and not moving)):
                 # Near a limit load, and where surfaces come near, a prediction may lead farther away.
                 found = find_near(part, tangent, state, tolerance)
@@ -271,8 +278,21 @@ def _raise(
                 return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {why}", reached, nearest)
             continue
         (state, residual), reached, at, ahead = found, fraction, part, None
-        step *= 1.5
+        step *= 1.5 if not divisible or tangent.factorisations - spent <= EASY else 1.0
     return read_off(at, tangent, state, residual, before)
+
+
+def _found_soon(
+    at: Configuration, tangent: Tangent, start: Guess, tolerance: float, most: float
+) -> tuple[State, float] | str:
+    """`find_near` in a few factorisations; if that takes more than are left at all, the search ends."""
+    try:
+        with tangent.spending(most):
+            return find_near(at, tangent, start, tolerance)
+    except TooCostly:
+        if tangent.factorisations >= tangent.max_factorisations:
+            raise
+        return f"none was found in {most:g} factorisations"
 
 
 def part_way(begin: Configuration, whole: Configuration, fraction: float) -> Configuration:
