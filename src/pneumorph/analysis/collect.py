@@ -172,10 +172,13 @@ def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inf
 def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:
     """Equilibria at the fractions `PARTS` of the pressures, from the largest down, as far as they are found."""
     full, filled, left = at.loads, at.enclosed, MOST_FACTORISATIONS
+    here, earlier = 1.0, None
     for part in reversed(PARTS):
         to = replace(at, loads=full._replace(pressure=part * full.pressure), enclosed=filled and filled.part(part))
-        answer = solve(to, tangent, None, DESIGN_TOLERANCE, (at, state), left)
+        before = None if earlier is None else (earlier[0], (earlier[1] - here) / (part - here))
+        answer = solve(to, tangent, None, DESIGN_TOLERANCE, (at, state), left, earlier=before)
         if isinstance(answer, NoEquilibrium):
             return
+        earlier, here = (state, here), part
         at, state, left = settled(to, answer), answer.state, left - answer.factorisations
         yield part, answer

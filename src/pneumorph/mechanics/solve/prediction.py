@@ -18,6 +18,9 @@ from pneumorph.mechanics.solve.balance import apart, free_share, supported
 ENOUGH = 1e-2
 """Relative accuracy of a prediction, which is of first order only."""
 
+MOST_BEYOND = 2.0
+"""How far beyond a state a parabola may be followed, as a multiple of the way from the last one."""
+
 
 def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, loads: Loads) -> Guess:
     """The state after nodes move by dX (N, 3) mm and loads become others: K du = −∂R/∂X dX − ∂R/∂loads dloads.
@@ -96,6 +99,31 @@ def predict_change(at: Configuration, tangent: Tangent, state: State, there: Con
         push -= model.vector(products.tangent_product(model.potential, at.X, state, at.loads, moved))
         begin[-6:] = to
     return model.state(begin + tangent.solve_at(at, state, supported(at, push), ENOUGH))
+
+
+def on_parabola(state: State, ahead: State, last: State, back: float, to: float) -> State | None:
+    """A state on the path through the last one and this one, which leads towards `ahead` first; to second order.
+
+    What turns is not stretched by that, as it is by a prediction of first order, so gradients that turn with the body
+    are not needed. None where the last state is too near to say much.
+
+    Parameters
+    ----------
+    state, ahead : State
+        An equilibrium, and what `predict_change` says of the loads there.
+    last : State
+        Another equilibrium on the path.
+    back, to : float
+        Shares of the way from `state` to `ahead`: where the last one was, which is negative, and where one is sought.
+    """
+    if to > MOST_BEYOND * -back:
+        return None
+    square = (to / back) ** 2
+
+    def along(here: np.ndarray, there: np.ndarray, was: np.ndarray) -> np.ndarray:
+        return here + to * (there - here) + square * (was - here - back * (there - here))
+
+    return jax.tree.map(along, state, ahead, last)
 
 
 def _difference(there: Loads, here: Loads) -> Loads:

@@ -32,7 +32,7 @@ from pneumorph.mechanics.solve.equilibrium import TOLERANCE, Equilibrium, NoEqui
 from pneumorph.mechanics.solve.filled import FIRST, Filled, Search, fill, nearest_pressure, pressure_of
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
-from pneumorph.mechanics.solve.prediction import guess_after, predict_change
+from pneumorph.mechanics.solve.prediction import guess_after, on_parabola, predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
 
 SMALLEST_FRACTION = 1 / 20
@@ -61,6 +61,7 @@ def solve(
     since: tuple[Configuration, State] | None = None,
     most: float = math.inf,
     roughest: float = math.inf,
+    earlier: tuple[State, float] | None = None,
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
@@ -88,13 +89,16 @@ def solve(
         Most factorisations.
     roughest : float
         Largest residual of the start, over κ/μ times the applied force.
+    earlier : (State, float), optional
+        The equilibrium before `since`, and at which fraction of the way from there it was, below 0, if the loads went
+        the same way.
     """
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + most
     try:
         # Starts may be anywhere: what is not finite is seen by its value.
         with np.errstate(over="ignore", invalid="ignore"):
-            found = _searched(at, tangent, start, tolerance, since, before, roughest)
+            found = _searched(at, tangent, start, tolerance, since, before, roughest, earlier)
         if isinstance(found, Equilibrium) and (loose := unheld(at, tangent, found.state)) is not None:
             return NoEquilibrium(loose, 1.0, None)
         return found
@@ -109,7 +113,14 @@ def solve(
 
 
 def _searched(
-    at: Configuration, tangent: Tangent, start: State | Guess | None, tolerance: float, since, before, roughest: float
+    at: Configuration,
+    tangent: Tangent,
+    start: State | Guess | None,
+    tolerance: float,
+    since,
+    before,
+    roughest: float,
+    earlier: tuple[State, float] | None,
 ) -> Equilibrium | NoEquilibrium:
     """The search of `solve`."""
     if at.enclosed is not None:
@@ -126,7 +137,7 @@ def _searched(
                 return read_off(at, tangent, *found, before)
     if since is not None:
         begin, state = since
-        return _raise(at, begin, state, tangent, before, tolerance)
+        return _raise(at, begin, state, tangent, before, tolerance, earlier)
     return _step_up(at, tangent, before, tolerance)
 
 
@@ -238,11 +249,17 @@ def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> E
 
 
 def _raise(
-    whole: Configuration, begin: Configuration, state: State, tangent: Tangent, before, tolerance: float
+    whole: Configuration,
+    begin: Configuration,
+    state: State,
+    tangent: Tangent,
+    before,
+    tolerance: float,
+    earlier: tuple[State, float] | None = None,
 ) -> Equilibrium | NoEquilibrium:
     """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too.
 
-    Every step begins where the state before it is predicted to lead.
+    Every step begins where the state before it is predicted to lead, on a parabola from the second one on.
     """
     at, ahead, residual, reached, reason = begin, None, 0.0, 0.0, ""
     reshaped = not np.array_equal(whole.X, begin.X)
@@ -257,6 +274,10 @@ def _raise(
         part = part_way(begin, whole, fraction)
         ahead = predict_change(at, tangent, state, whole) if ahead is None else ahead
         start = between(state, ahead, (fraction - reached) / (1.0 - reached))
+        curved = None
+        if earlier is not None and whole.model.contact is None:
+            shares = ((each - reached) / (1.0 - reached) for each in (earlier[1], fraction))
+            curved = on_parabola(state, ahead, earlier[0], *shares)
         if moving and whole.model.contact is not None and (free := free_way(at, state, part, start)) < 1.0:
             # What an obstacle presses on goes along with it.
             fraction, start = reached + free * (fraction - reached), between(state, start, free)
@@ -265,7 +286,7 @@ def _raise(
         divisible = whole.model.contact is None and fraction - reached >= 2 * short
         spent = tangent.factorisations
         with doing(_where(part, fraction)):
-            guess = guess_after(at, state, part, start)
+            guess = guess_after(at, state, part, start) if curved is None else Guess(curved)
             found = _found_soon(part, tangent, guess, tolerance, FEW if divisible else math.inf)
             if isinstance(found, str) and (step < short or (whole.model.contact is not None and not moving)):
                 # Near a limit load, and where surfaces come near, a prediction may lead farther away.
@@ -277,6 +298,7 @@ def _raise(
                 why = f"{reason}{squeezed(at, at.model.vector(state))}"
                 return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {why}", reached, nearest)
             continue
+        earlier = state, reached
         (state, residual), reached, at, ahead = found, fraction, part, None
         step *= 1.5 if not divisible or tangent.factorisations - spent <= EASY else 1.0
     return read_off(at, tangent, state, residual, before)

@@ -21,6 +21,9 @@ from pneumorph.mechanics.solve.search import solve
 MOST, MOST_FROM_REST = 60, 400
 """Most factorisations of a step before stable states are followed in small ones, and of the first from rest."""
 
+STRAIGHT = 1e-6
+"""To which loads of a sweep go on as they did, relative to their change."""
+
 
 def sweep(
     path: Iterable[Configuration], tangent: Tangent, begin: tuple[Configuration, State] | None = None
@@ -73,7 +76,8 @@ def _next(
     ahead = _predicted(*since, at, tangent) if checked and since else None
     # Filling goes in steps of its own.
     few = walked and at.enclosed is None
-    found = solve(at, tangent, secant_start(walked, at), since=since, most=MOST if few else MOST_FROM_REST)
+    most = MOST if few else MOST_FROM_REST
+    found = solve(at, tangent, secant_start(walked, at), since=since, most=most, earlier=_earlier(walked, at))
     return through(*since, at, tangent, ahead, found) if checked and since else found
 
 
@@ -116,6 +120,18 @@ def secant_start(walked: list[tuple[Configuration, State]], at: Configuration) -
         return state
     ratio = float(np.sum(done * ahead)) / length
     return jax.tree.map(lambda new, old: new + ratio * (new - old), state, earlier)
+
+
+def _earlier(walked: list[tuple[Configuration, State]], at: Configuration) -> tuple[State, float] | None:
+    """The last state but one, if loads went on the way that they go now, and at which fraction of that it was."""
+    if len(walked) < 2:
+        return None
+    (before, earlier), (now, _) = walked
+    done, ahead = _change(before.loads, now.loads), _change(now.loads, at.loads)
+    length = float(np.linalg.norm(ahead))
+    part = float(np.linalg.norm(done)) / length if length > 0.0 else 0.0
+    straight = part > 0.0 and np.allclose(done, part * ahead, rtol=0.0, atol=STRAIGHT * length)
+    return (earlier, -part) if straight else None
 
 
 def _change(one: Loads, other: Loads) -> np.ndarray:
