@@ -259,13 +259,17 @@ def _raise(
 ) -> Equilibrium | NoEquilibrium:
     """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too.
 
-    Every step begins where the state before it is predicted to lead, on a parabola from the second one on.
+    Every step begins where the state before it is predicted to lead, from the second one on by a parabola.
     """
     at, ahead, residual, reached, reason = begin, None, 0.0, 0.0, ""
     reshaped = not np.array_equal(whole.X, begin.X)
     still = (np.array_equal(getattr(whole.loads, part), getattr(begin.loads, part)) for part in ("shift", "held"))
     moving = reshaped or not all(still)
     step = FIRST_RESHAPED if reshaped else FIRST_MOVED if moving else 1.0
+    # Where a column buckles a parabola leads mixed elements astray, which need few factorisations anyway; it would lead
+    # surfaces through each other; and what sheets and fibres are stretched by is predicted to first order only.
+    model = whole.model
+    by_parabola = model.contact is None and not model.mixed and not model.reinforcements
     while reached < 1.0:
         short = SMALLEST_MOVE if moving else SMALLEST_FRACTION
         smallest = short if moving or reached else SMALLEST_FIRST
@@ -274,17 +278,16 @@ def _raise(
         part = part_way(begin, whole, fraction)
         ahead = predict_change(at, tangent, state, whole) if ahead is None else ahead
         start = between(state, ahead, (fraction - reached) / (1.0 - reached))
-        curved = None
-        if earlier is not None and whole.model.contact is None:
-            shares = ((each - reached) / (1.0 - reached) for each in (earlier[1], fraction))
-            curved = on_parabola(state, ahead, earlier[0], *shares)
         if moving and whole.model.contact is not None and (free := free_way(at, state, part, start)) < 1.0:
             # What an obstacle presses on goes along with it.
             fraction, start = reached + free * (fraction - reached), between(state, start, free)
             part = part_way(begin, whole, fraction)
         start = without_meeting(part, state, start)
-        divisible = whole.model.contact is None and fraction - reached >= 2 * short
-        spent = tangent.factorisations
+        divisible, spent = whole.model.contact is None and fraction - reached >= 2 * short, tangent.factorisations
+        curved = None
+        if earlier is not None and by_parabola:
+            shares = ((each - reached) / (1.0 - reached) for each in (earlier[1], fraction))
+            curved = on_parabola(state, ahead, earlier[0], *shares)
         with doing(_where(part, fraction)):
             guess = guess_after(at, state, part, start) if curved is None else Guess(curved)
             found = _found_soon(part, tangent, guess, tolerance, FEW if divisible else math.inf)
