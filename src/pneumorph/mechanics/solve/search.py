@@ -46,8 +46,8 @@ SMALLEST_FIRST = 1 / 512
 """The same in the first step: a membrane at rest is far softer than under any load."""
 
 FEW, EASY = 8, 4
-"""Factorisations after which a step without contact that can be shorter is given up, and up to which the next one is
-longer: what searches find after dozens of factorisations costs more than two steps half as long."""
+"""Factorisations after which a long step is given up, and up to which the next one is longer: what searches find after
+dozens of them costs more than two steps half as long."""
 
 SMALLEST_MOVE = 1e-4
 """`SMALLEST_FRACTION` where obstacles move, which may have to be less than the gap to what they press on."""
@@ -259,17 +259,17 @@ def _raise(
 ) -> Equilibrium | NoEquilibrium:
     """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too.
 
-    Every step begins where the state before it is predicted to lead, from the second one on by a parabola.
+    Every step begins where the state before it is predicted to lead. Those of plain elements without contact, sheets and
+    fibres follow a parabola from the second one on, and long ones are given up soon. Others take more factorisations
+    anyway, and parabolas lead them astray where a column buckles.
     """
     at, ahead, residual, reached, reason = begin, None, 0.0, 0.0, ""
     reshaped = not np.array_equal(whole.X, begin.X)
     still = (np.array_equal(getattr(whole.loads, part), getattr(begin.loads, part)) for part in ("shift", "held"))
     moving = reshaped or not all(still)
     step = FIRST_RESHAPED if reshaped else FIRST_MOVED if moving else 1.0
-    # Where a column buckles a parabola leads mixed elements astray, which need few factorisations anyway; it would lead
-    # surfaces through each other; and what sheets and fibres are stretched by is predicted to first order only.
     model = whole.model
-    by_parabola = model.contact is None and not model.mixed and not model.reinforcements
+    plain = model.contact is None and not model.mixed and not model.reinforcements
     while reached < 1.0:
         short = SMALLEST_MOVE if moving else SMALLEST_FRACTION
         smallest = short if moving or reached else SMALLEST_FIRST
@@ -283,9 +283,9 @@ def _raise(
             fraction, start = reached + free * (fraction - reached), between(state, start, free)
             part = part_way(begin, whole, fraction)
         start = without_meeting(part, state, start)
-        divisible, spent = whole.model.contact is None and fraction - reached >= 2 * short, tangent.factorisations
+        divisible, spent = plain and fraction - reached >= 2 * short, tangent.factorisations
         curved = None
-        if earlier is not None and by_parabola:
+        if earlier is not None and plain:
             shares = ((each - reached) / (1.0 - reached) for each in (earlier[1], fraction))
             curved = on_parabola(state, ahead, earlier[0], *shares)
         with doing(_where(part, fraction)):
