@@ -259,9 +259,9 @@ def _raise(
 ) -> Equilibrium | NoEquilibrium:
     """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too.
 
-    Every step begins where the state before it is predicted to lead. Those of plain elements without contact, sheets and
-    fibres follow a parabola from the second one on, and long ones are given up soon. Others take more factorisations
-    anyway, and parabolas lead them astray where a column buckles.
+    Every step begins where the state before it is predicted to lead. Those of plain elements without contact, sheets
+    and fibres follow a parabola from the second one on, and long ones are given up soon. Others take more
+    factorisations anyway, and parabolas lead them astray where a column buckles.
     """
     at, ahead, residual, reached, reason = begin, None, 0.0, 0.0, ""
     reshaped = not np.array_equal(whole.X, begin.X)
