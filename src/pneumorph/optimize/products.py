@@ -28,7 +28,7 @@ class SparseRows(NamedTuple):
     def of(cls, matrix: sparse.csr_array) -> Self:
         """The rows of a matrix, as copies: SciPy may sort the entries of its own."""
         start, column = (index.astype(np.uint32) for index in (matrix.indptr, matrix.indices))
-        return cls(start, column, matrix.data.astype(float), matrix.shape[1])
+        return cls(start, column, matrix.data.astype(float), np.shape(matrix)[1])
 
     def moduli(self) -> Self:
         """|J|."""
