@@ -6,7 +6,7 @@ those. A row without a multiplier is not looked at again before steps have moved
 
 from __future__ import annotations
 
-from typing import NamedTuple, Self
+from typing import NamedTuple, Self, cast
 
 import numba
 import numpy as np
@@ -27,8 +27,9 @@ class SparseRows(NamedTuple):
     @classmethod
     def of(cls, matrix: sparse.csr_array) -> Self:
         """The rows of a matrix, as copies: SciPy may sort the entries of its own."""
+        _, width = cast(tuple[int, int], matrix.shape)
         start, column = (index.astype(np.uint32) for index in (matrix.indptr, matrix.indices))
-        return cls(start, column, matrix.data.astype(float), np.shape(matrix)[1])
+        return cls(start, column, matrix.data.astype(float), width)
 
     def moduli(self) -> Self:
         """|J|."""
