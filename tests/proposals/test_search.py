@@ -111,26 +111,27 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
     monkeypatch.setattr("time.time", lambda: now[0])
     names = []
 
-    def slow(members, settings):
-        for name, each in members.items():
-            names.append(name)
+    def slow(members, drawn):
+        for each, settings in members:
+            names.append(each.name)
 
             def later(name, entry):
                 now[0] += 3600.0 * entry.iteration
 
-            yield run_member(name, each.problem, str(tmp_path / name), later, False, None, settings)
+            yield run_member(each.name, each.problem, str(tmp_path / each.name), later, False, None, settings)
 
     found = propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=30.0, stages=(2,), designs=2), slow, 1)
     # Time was up after the first design of the first, before the second had begun, with none left for the finer mesh.
-    run = open_run(tmp_path / names[0])
+    [first] = names
+    run = open_run(tmp_path / first)
     assert cut_short(run) and run.history()[-1].iteration == 1
-    assert not (tmp_path / names[1]).exists()
-    assert {each.lost for each in found} == {"there was no time for it", "there was no time for the finer mesh"}
+    assert {each.lost for each in found} == {"there was no time for 2 designs", "there was no time for the finer mesh"}
     monkeypatch.undo()
     again = Runner(tmp_path)
     # The same plan, with more time: what was cut short goes on.
     propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=60.0, stages=(2,), designs=1), again, 1)
-    assert set(names) < set(again.names)
+    names = {each.candidate.name for each in found}
+    assert names < set(again.names)
     assert all(open_run(tmp_path / name).history()[-1].iteration > 1 for name in names)
     assert not any(cut_short(open_run(tmp_path / name)) for name in names)
 
@@ -148,8 +149,8 @@ def test_a_comparison_that_has_no_time_loses_nobody(tmp_path, monkeypatch):
     now, inner = [0.0], Runner(tmp_path)
     monkeypatch.setattr("time.time", lambda: now[0])
 
-    def slow(members, settings):
-        yield from inner(members, settings)
+    def slow(members, drawn):
+        yield from inner(members, drawn)
         # After the time of the second comparison, before that of the finer mesh.
         now[0] = 0.7 * 60.0 * FEW.minutes
 
@@ -159,17 +160,33 @@ def test_a_comparison_that_has_no_time_loses_nobody(tmp_path, monkeypatch):
     assert [open_run(tmp_path / each.candidate.name).latest() for each in found] == [1, 1]
 
 
+def failed(name):
+    """The end of a candidate without a state."""
+    return MemberEnd(name, False, "no equilibrium was found")
+
+
 def test_each_candidate_may_take_its_share_of_the_time_that_is_left(tmp_path):
     given = []
 
-    def failing(members, settings):
-        given.append((len(members), settings.seconds))
-        return (MemberEnd(name, False, "no equilibrium was found") for name in members)
+    def failing(members, drawn):
+        for each, settings in members:
+            given.append(settings.seconds)
+            yield failed(each.name)
 
-    propose(TARGET, tmp_path, Plan(candidates=6, minutes=30.0), failing, 1)
+    propose(TARGET, tmp_path, Plan(candidates=6, minutes=30.0), failing, 2)
     # A third of the time is for the first comparison. What a candidate leaves is for those after it.
-    assert [count for count, _ in given] == [2, 2, 2]
-    assert [seconds for _, seconds in given] == pytest.approx([600.0 / 6, 600.0 / 4, 600.0 / 2], abs=10.0)
+    assert given == pytest.approx([2 * 600.0 / left for left in (6, 5, 4, 3, 2)] + [600.0], abs=10.0)
+
+
+def test_no_candidate_waits_until_others_have_ended(tmp_path):
+    begun = []
+
+    def all_at_once(members, drawn):
+        begun.append([each.name for each, _ in members])
+        yield from map(failed, begun[-1])
+
+    propose(TARGET, tmp_path, Plan(candidates=6), all_at_once, 1)
+    assert [len(names) for names in begun] == [6]
 
 
 @pytest.mark.slow
@@ -181,8 +198,8 @@ def test_a_run_ends_after_its_own_time(tmp_path):
 
 
 def test_a_candidate_that_fails_is_lost_with_its_reason(tmp_path):
-    def failing(members, settings):
-        return (MemberEnd(name, False, "no equilibrium was found") for name in members)
+    def failing(members, drawn):
+        return (failed(each.name) for each, _ in members)
 
     found = propose(TARGET, tmp_path, Plan(candidates=3), failing, 1)
     assert [each.lost for each in found] == ["no equilibrium was found"] * 3

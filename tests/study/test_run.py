@@ -27,6 +27,7 @@ def test_a_killed_workers_member_goes_on_and_a_finished_one_is_not_run_again(tmp
     path.write_text('base = "base.toml"\n[grid]\n"task[0].pressure.A" = ["20 kPa", "2000 kPa"]\n')
     asked, out = load_study(path), tmp_path / "out"
     members = {member.name: member for member in asked.members}
+    briefly = [(member, BRIEFLY) for member in asked.members]
     killed = threading.Event()
 
     def hear(name, entry):
@@ -36,7 +37,7 @@ def test_a_killed_workers_member_goes_on_and_a_finished_one_is_not_run_again(tmp
 
     with connected(None, 1) as client:
         (worker,) = client.run(os.getpid).values()
-        ends = {end.name: end for end in run_members(client, members, out, hear, settings=BRIEFLY)}
+        ends = {end.name: end for end in run_members(client, briefly, out, hear)}
         assert worker not in client.run(os.getpid).values()
     assert killed.is_set()
     assert ends["A-20-kPa"].completed

@@ -30,9 +30,9 @@ def no_cluster(monkeypatch):
     """Members that end after one design without any computation; the second fails."""
 
     def members(client, asked, folder, accepted):
-        for number, (name, member) in enumerate(asked.items()):
-            accepted(name, line(member.problem, 1, {"extend": {"A": 0.02}}))
-            yield MemberEnd(name, number == 0, "it was enough" if number == 0 else "it balloons")
+        for number, (member, _) in enumerate(asked):
+            accepted(member.name, line(member.problem, 1, {"extend": {"A": 0.02}}))
+            yield MemberEnd(member.name, number == 0, "it was enough" if number == 0 else "it balloons")
 
     monkeypatch.setattr(module, "connected", lambda *_: contextlib.nullcontext())
     monkeypatch.setattr(module, "run_members", members)

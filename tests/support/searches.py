@@ -25,8 +25,9 @@ class Runner:
     def __init__(self, out, looking=True):
         self.out, self.looking, self.names = out, looking, []
 
-    def __call__(self, members, settings):
-        settings = replace(settings, looked_at=settings.looked_at and self.looking)
-        for name, member in members.items():
-            self.names.append(name)
-            yield run_member(name, member.problem, str(self.out / name), lambda *_: None, False, member.begin, settings)
+    def __call__(self, members, drawn):
+        for member, settings in members:
+            own = replace(settings, looked_at=settings.looked_at and self.looking)
+            self.names.append(member.name)
+            where = str(self.out / member.name)
+            yield run_member(member.name, member.problem, where, lambda *_: None, False, member.begin, own)

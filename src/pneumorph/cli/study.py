@@ -97,7 +97,7 @@ def study(
                 shown or nullcontext(),
             ):
                 far(f"0 of {len(unfinished)} have ended")
-                for end in run_members(client, unfinished, folder, accepted):
+                for end in run_members(client, ((each, None) for each in unfinished.values()), folder, accepted):
                     ends.append(end)
                     far(f"{len(ends)} of {len(unfinished)} have ended")
                     board.end(end)

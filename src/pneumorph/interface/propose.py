@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from pneumorph.errors import writing
@@ -12,6 +12,7 @@ from pneumorph.proposals import propose as search
 from pneumorph.results import HistoryEntry
 from pneumorph.study import Member
 from pneumorph.study.cluster import connected, run_members
+from pneumorph.study.in_turn import threads_of
 from pneumorph.study.members import MemberEnd
 
 
@@ -59,8 +60,7 @@ def propose(
         folder.mkdir(parents=True, exist_ok=True)
     with connected(None, workers) as client:
 
-        def run(members: Mapping[str, Member], settings: LoopSettings) -> Iterator[MemberEnd]:
-            return run_members(client, members, folder, on_design, settings.looked_at, settings)
+        def run(members: Iterable[tuple[Member, LoopSettings]], drawn: bool) -> Iterator[MemberEnd]:
+            return run_members(client, members, folder, on_design, drawn)
 
-        count = len(client.scheduler_info()["workers"])
-        return search(asked, folder, plan or Plan(), run, count, said)
+        return search(asked, folder, plan or Plan(), run, threads_of(client), said)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -23,12 +23,12 @@ from pneumorph.study.members import MemberEnd, finished
 
 
 class Runner(Protocol):
-    """Runs members in their directories under a folder, and yields their ends as they come.
+    """Runs members in their directories under a folder, drawn or not, and yields their ends as they come.
 
-    Where their last designs are looked at, pictures are drawn too.
+    Each is taken with the settings of its loop when it begins.
     """
 
-    def __call__(self, members: Mapping[str, Member], settings: LoopSettings) -> Iterator[MemberEnd]: ...
+    def __call__(self, members: Iterable[tuple[Member, LoopSettings]], drawn: bool) -> Iterator[MemberEnd]: ...
 
 
 class Clock:
@@ -79,20 +79,22 @@ class Search:
         part : of the time, see `Clock`.
         last : whether they are those of the proposals.
         """
-        ended: dict[str, str] = {}
-        waiting, until = list(members.values()), self.clock.until(part)
-        for first in range(0, len(waiting), 2 * self.workers):
+        if self.clock.late(part):
+            return {}
+        todo = {name: each for name, each in members.items() if not _done(self.out / name, each.problem)}
+        ended = {name: "" for name in members if name not in todo}
+        for end in self.runner(self._in_time(list(todo.values()), self.clock.until(part), last), last) if todo else ():
+            ended[end.name] = "" if end.completed else end.reason
+        return ended
+
+    def _in_time(self, todo: Sequence[Member], until: float, last: bool) -> Iterator[tuple[Member, LoopSettings]]:
+        """Members, each with its share of what is left of the time when it begins, as long as there is some."""
+        for k, each in enumerate(todo):
             left = until - time.time()
             if left < 0.0:
-                break
-            share = left * min(1.0, self.workers / len(waiting[first:]))
-            settings = LoopSettings(looked_at=last, until=until, seconds=share)
-            batch = waiting[first : first + 2 * self.workers]
-            todo = {each.name: each for each in batch if not _done(self.out / each.name, each.problem)}
-            ended |= {each.name: "" for each in batch if each.name not in todo}
-            for end in self.runner(todo, settings) if todo else ():
-                ended[end.name] = "" if end.completed else end.reason
-        return ended
+                return
+            share = left * min(1.0, self.workers / len(todo[k:]))
+            yield each, LoopSettings(looked_at=last, until=until, seconds=share)
 
     def entries(self, name: str, designs: int) -> list[HistoryEntry]:
         """Those of so many designs of a run that satisfy the limits."""

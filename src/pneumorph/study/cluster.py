@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -13,15 +12,15 @@ from typing import Any, cast
 
 from dask import config
 from dask.system import CPU_COUNT
-from distributed import Client, Future, KilledWorker, LocalCluster, Security, as_completed
+from distributed import Client, Future, KilledWorker, LocalCluster, Security
 from distributed.system import MEMORY_LIMIT
 
 from pneumorph.errors import ProblemError, short
-from pneumorph.interrupts import stop_if_asked
 from pneumorph.optimize.settings import LoopSettings
 from pneumorph.processes import temporary_folder, without_working_directory
 from pneumorph.results import HistoryEntry, from_json
 from pneumorph.study.file import Member
+from pneumorph.study.in_turn import in_turn
 from pneumorph.study.members import TOPIC, MemberEnd, run_on_worker
 
 LOOPBACK = "127.0.0.1"
@@ -37,9 +36,6 @@ KILLS = 5
 
 WORKER_MEMORY = 2_000_000_000
 """Bytes for a worker: an example at its own size needs 1.7 GB at most."""
-
-LOOK = 0.1
-"""Seconds between looks at which members have ended."""
 
 
 @contextmanager
@@ -143,11 +139,10 @@ def _slurm(workers: int) -> Any:
 
 def run_members(
     client: Client,
-    members: Mapping[str, Member],
+    members: Iterable[tuple[Member, LoopSettings | None]],
     out: Path,
     on_design: Callable[[str, HistoryEntry], None],
     drawn: bool = True,
-    settings: LoopSettings | None = None,
 ) -> Iterator[MemberEnd]:
     """Run members, each in its directory under `out`, and yield their ends as they come.
 
@@ -155,15 +150,19 @@ def run_members(
     ----------
     client : Client
         Of Dask, with its workers.
-    members : {name: Member}
+    members : iterable of (Member, LoopSettings or None)
+        With settings of their loops, None for the usual ones. Each is taken from there when a worker is free for it.
     out : Path
         The study's directory.
     on_design : callable
         Takes the member's name and the history entry of every accepted design.
     drawn : bool
         Whether pictures and a page of every member are made.
-    settings : LoopSettings, optional
-        Of the loop, by default the usual ones.
+
+    Raises
+    ------
+    ComputationError
+        If the scheduler is lost.
     """
 
     def received(event: tuple[Any, dict[str, Any]]) -> None:
@@ -171,19 +170,15 @@ def run_members(
         on_design(message["name"], from_json(HistoryEntry, message["entry"]))
 
     client.subscribe_topic(TOPIC, received)
-    futures = {
-        client.submit(
-            run_on_worker, name, member.problem, str((out / name).absolute()), drawn, member.begin, settings,
-            key=f"{name}-{os.urandom(4).hex()}", pure=False,
-        ): name
-        for name, member in members.items()
-    }  # fmt: skip
-    running = as_completed(list(futures))
-    while not running.is_empty():
-        stop_if_asked()
-        for future in running.next_batch(block=False):
-            yield _end_of(futures[future], future)
-        time.sleep(LOOK)
+
+    def tasks() -> Iterator[tuple[str, Future]]:
+        for member, settings in members:
+            where, key = str((out / member.name).absolute()), f"{member.name}-{os.urandom(4).hex()}"
+            given = member.name, member.problem, where, drawn, member.begin, settings
+            yield member.name, client.submit(run_on_worker, *given, key=key, pure=False)
+
+    for name, future in in_turn(client, tasks()):
+        yield _end_of(name, future)
 
 
 def _end_of(name: str, future: Future) -> MemberEnd:

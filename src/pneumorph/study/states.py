@@ -10,11 +10,8 @@ import numpy as np
 from distributed import Client, Future
 
 from pneumorph.errors import ComputationError
-from pneumorph.interrupts import stop_if_asked
+from pneumorph.study.in_turn import in_turn, threads_of
 from pneumorph.surrogate.states import Missing, Sample, States
-
-LOOK = 0.1
-"""Seconds between looks at whether the command is to stop."""
 
 ROUND = 4
 """States for every worker in a round, after which the domain may be smaller."""
@@ -36,7 +33,7 @@ class StatesOnWorkers:
 
     def __init__(self, client: Client, states: States) -> None:
         self.names, self.bounds = states.names, states.bounds
-        self.at_once = ROUND * len(client.scheduler_info()["workers"])
+        self.at_once = ROUND * threads_of(client)
         self._client, self._key = client, os.urandom(8).hex()
         # As bytes: what workers have solved with cannot be sent on to others.
         self._states = client.scatter(pickle.dumps(states), broadcast=True)
@@ -50,28 +47,22 @@ class StatesOnWorkers:
         ComputationError
             If a worker fails.
         """
-        futures = [self._client.submit(_searched, self._key, self._states, point, base, pure=False) for point in points]
-        found = []
-        for future in futures:
-            answer, solved, factorisations, dofs = _result(future)
-            found.append(answer)
-            self.solved, self.factorisations, self.dofs = (
-                self.solved + solved,
-                self.factorisations + factorisations,
-                dofs,
-            )
-        return found
+        tasks = (
+            (place, self._client.submit(_searched, self._key, self._states, point, base, pure=False))
+            for place, point in enumerate(points)
+        )
+        found: dict[int, Sample | Missing] = {}
+        for place, future in in_turn(self._client, tasks):
+            found[place], solved, factorisations, self.dofs = _result(future)
+            self.solved, self.factorisations = self.solved + solved, self.factorisations + factorisations
+        return [found[place] for place in range(len(points))]
 
 
-def _result(future: Future):
-    while True:
-        stop_if_asked()
-        try:
-            return future.result(timeout=LOOK)
-        except TimeoutError:
-            continue
-        except Exception as error:
-            raise ComputationError(f"a worker failed ({type(error).__name__}: {error})".splitlines()[0]) from None
+def _result(future: Future) -> tuple[Sample | Missing, int, int, int]:
+    try:
+        return future.result()
+    except Exception as error:
+        raise ComputationError(f"a worker failed ({type(error).__name__}: {error})".splitlines()[0]) from None
 
 
 def _searched(key: str, states: bytes, point: np.ndarray, base: np.ndarray) -> tuple[Sample | Missing, int, int, int]:
