@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from queue import Empty, SimpleQueue
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from distributed import Client, Future
 
@@ -70,7 +70,8 @@ def threads_of(client: Client) -> int:
     if client.status != "running":
         raise _lost()
     try:
-        return max(1, sum(client.nthreads().values()))
+        # Its annotation is that of clients which do not wait.
+        return max(1, sum(cast(dict[str, int], client.nthreads()).values()))
     except OSError:
         raise _lost() from None
 
