@@ -36,7 +36,7 @@ def test_importing_changes_nothing():
 
 def test_reading_a_problem_needs_no_mechanics():
     assert not loaded_by(f"import pneumorph as pm; pm.load({str(ROOT / 'examples' / 'small.toml')!r})") & {
-        "jax", "numba", "pyvista", "matplotlib", "netgen",
+        "jax", "numba", "pyvista", "matplotlib", "netgen", "pint",
     }  # fmt: skip
 
 

@@ -44,6 +44,14 @@ def test_inside_units_are_consistent():
     assert units.parse("1 N/mm^2", units.PRESSURE) == units.parse("1 MPa", units.PRESSURE)
 
 
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_usual_units_are_worth_what_pint_says(kind):
+    assert (units._factor(kind.inside, kind), units._factor(kind.written, kind)) == (
+        units._converted(kind.inside, kind),
+        units._converted(kind.written, kind),
+    )
+
+
 def test_degrees_become_radians():
     assert units.parse("1 N*mm/deg", units.ROTATIONAL_STIFFNESS) == pytest.approx(180 / math.pi, rel=1e-15)
 
