@@ -15,7 +15,7 @@ from pneumorph.problem.envelope import Envelope
 from pneumorph.problem.objectives import Custom
 from pneumorph.problem.schema import json_schema
 from pneumorph.problem.solid import SolidSpec
-from pneumorph.problem.table import Table
+from pneumorph.problem.table import Table, described
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -64,9 +64,10 @@ def test_reference_lists_every_key():
             *table.model_fields,
             *(["file"] if table in (Custom, Envelope, TriangulatedSpec, SolidSpec) else []),
         ], table
+        texts = described(table)
         for key, field in table.model_fields.items():
             _, value, _, default, meaning = rows[key]
-            assert value and meaning == " ".join(field.description.split()), f"{table.__name__}.{key}"
+            assert value and meaning == " ".join(texts[key].split()), f"{table.__name__}.{key}"
             assert ("must be given" in default) == field.is_required(), f"{table.__name__}.{key}"
 
 
