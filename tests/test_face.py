@@ -40,6 +40,11 @@ def test_reading_a_problem_needs_no_mechanics():
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("command", ["check", "design", "simulate"])
+def test_commands_load_what_draws_when_they_draw(command):
+    assert not loaded_by(f"import pneumorph.cli.{command}") & {"matplotlib", "pyvista", "vtk", "netgen", "distributed"}
+
+
 @pytest.mark.parametrize("arguments", [["--help"], ["simulate", "--help"], ["material", "fit", "--help"]])
 def test_help_comes_at_once(arguments):
     code = f"import sys; sys.argv = ['pneumorph', *{arguments!r}]\nfrom pneumorph.cli import app\n"

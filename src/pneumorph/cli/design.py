@@ -19,7 +19,6 @@ from pneumorph.interface.runs import Run, prepare_run
 from pneumorph.interrupts import Interrupted, deferred
 from pneumorph.mechanics import rubbers_of
 from pneumorph.output.format import warnings_of
-from pneumorph.output.pictures import picture_names, run_pictures
 from pneumorph.problem import load
 from pneumorph.problem.columns import adjusted_columns
 from pneumorph.problem.doubts import doubts
@@ -124,6 +123,9 @@ def _conclude(run: Run, screen: Screen, console: Console) -> None:
     history, result = run.history, run.result
     if not history or result is None:
         return
+    # Loaded here: what draws is not needed until the run ends.
+    from pneumorph.output.pictures import picture_names, run_pictures
+
     pictures = run_pictures(run.directory)
     for sentence in pictures.missing:
         screen.say(sentence)
