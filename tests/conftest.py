@@ -14,7 +14,7 @@ from compiling import share_kernels
 from hypothesis import settings
 
 # As the command does.
-gc.set_threshold(20_000)
+gc.set_threshold(20_000, 50)
 # The first call of a compiled kernel takes seconds and says nothing about the property: no deadline for examples.
 settings.register_profile("pneumorph", deadline=None)
 # For a long run of the properties: pytest tests/fuzz --hypothesis-profile=nightly
