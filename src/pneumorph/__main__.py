@@ -17,8 +17,8 @@ def main() -> None:
     # than the product takes: a fifth of the processor time of `check`, for matrices that are too small to gain by it.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Loading and compiling make millions of objects, few of them in cycles: to look for cycles after every 700 new ones
-    # was a seventh of the processor time of a first `check`. What is left of them mostly stays to the end: to go through
-    # all of it again after every ten looks, and not fifty, took a quarter of a second while the program is loaded.
+    # was a seventh of the processor time of a first `check`. What is left of them mostly stays to the end: to look
+    # through all of it after ten looks, and not after fifty, took a quarter of a second while the program is loaded.
     gc.set_threshold(20_000, 50)
     compiling.announce(_compiling)
     # What answers at once prints nothing else, however long it takes to load.

@@ -9,10 +9,11 @@ import pytest
 from signals import arrive
 
 from pneumorph.analysis import simulate
-from pneumorph.cli import check, design
+from pneumorph.cli import check
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics import NoEquilibrium, Skin, sweep
 from pneumorph.optimize.setup import Setup
+from pneumorph.output import pictures
 from pneumorph.output.pictures import Pictures
 from pneumorph.problem import Problem, loads
 from pneumorph.run import complete
@@ -204,7 +205,7 @@ def test_a_body_that_does_not_move_has_no_gradient_to_test(run, tiny):
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Drawing has tests of its own."""
-    monkeypatch.setattr(design, "run_pictures", lambda directory: Pictures((), ("no pictures here",)))
+    monkeypatch.setattr(pictures, "run_pictures", lambda directory: Pictures((), ("no pictures here",)))
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from tiny import tiny as text
 from pneumorph.cli import design, study
 from pneumorph.interface.runs import Run
 from pneumorph.interrupts import stop_if_asked
+from pneumorph.output import pictures
 from pneumorph.output.pictures import Pictures
 from pneumorph.problem import loads
 from pneumorph.run import open_run
@@ -54,7 +55,7 @@ def test_a_design_says_what_is_saved(run, tiny, stored, tmp_path, monkeypatch, n
 def test_while_pictures_are_drawn_the_run_is_complete(run, tiny, stored, monkeypatch):
     monkeypatch.setattr(design, "prepare_run", lambda *_, **__: Run(stored))
     monkeypatch.setattr(Run, "complete", lambda *_, **__: None)
-    monkeypatch.setattr(design, "run_pictures", stopping(signal.SIGINT))
+    monkeypatch.setattr(pictures, "run_pictures", stopping(signal.SIGINT))
     result = run("design", tiny)
     left = f"the run in {stored.path} is complete; draw its pictures with: pneumorph draw {stored.path} all"
     assert (result.exit_code, result.stderr) == (130, f"pneumorph: stopped; {left}\n")
@@ -118,7 +119,7 @@ def test_a_design_is_stopped_and_resumed(run, tmp_path, monkeypatch):
     latest = re.fullmatch(r"pneumorph: stopped; designs 0 to (\d) are saved in .*; resume with: pneumorph (.*)", last)
     assert latest, found.err
     assert open_run(out).latest() == int(latest[1])
-    monkeypatch.setattr(design, "run_pictures", lambda directory: Pictures((), ()))
+    monkeypatch.setattr(pictures, "run_pictures", lambda directory: Pictures((), ()))
     result = run(*latest[2].split(), "--iterations", int(latest[1]), "--quiet")
     assert result.exit_code == 0, result.output
     assert open_run(out).result().completed
