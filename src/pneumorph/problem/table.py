@@ -6,6 +6,7 @@ import inspect
 import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import islice, pairwise
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, cast
@@ -99,6 +100,7 @@ class Example:
     text: str
 
 
+@cache
 def described(table: type[BaseModel]) -> dict[str, str]:
     """The text after each key of a table, which says what it means.
 
