@@ -50,13 +50,30 @@ def test_solutions_meet_the_conditions_of_optimality(seed):
     excess = -rng.uniform(0.0, 0.2, k) * np.abs(rows).sum(axis=1)
     squares = rng.standard_normal((3, n))
     found = pushed(slope, 0.5, rows, excess, -np.ones(n), np.ones(n), 1e6, squares)
-    assert found.bent == pytest.approx(squares @ found.z, abs=2e-2)
+    assert found.bent == pytest.approx(squares @ found.z, abs=1e-6)
     along = slope + 0.5 * found.z + found.multiplier @ rows + found.bent @ squares
     assert np.abs(np.clip(found.z - along, -1.0, 1.0) - found.z).max() < 1e-9
     size = np.abs(rows).mean(axis=1)
     left = (excess + rows @ found.z) / size
     assert left.max() < 1e-2 and found.multiplier.min() >= 0.0
     assert np.abs(found.multiplier * size * left).max() < 1e-2
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_curvatures_of_any_size_are_met_exactly(seed):
+    """Those of many sections differ by factors of millions, and some are nearly combinations of others."""
+    rng = np.random.default_rng(seed)
+    n, q = 400, 30
+    squares = rng.standard_normal((q, 8)) @ rng.standard_normal((8, n)) + 1e-3 * rng.standard_normal((q, n))
+    turned = np.linalg.eigh(squares @ squares.T)[1].T @ squares
+    slope, rows = rng.standard_normal(n), rng.standard_normal((4, n))
+    excess = -rng.uniform(0.0, 0.2, 4) * np.abs(rows).sum(axis=1)
+    found = pushed(slope, 0.5, rows, excess, -np.ones(n), np.ones(n), 500.0, turned)
+    size = np.abs(turned).mean(axis=1)
+    assert found.bent / size == pytest.approx(turned @ found.z / size, abs=1e-6 * n)
+    along = slope + 0.5 * found.z + found.multiplier @ rows + found.bent @ turned
+    assert np.abs(np.clip(found.z - along / 0.5, -1.0, 1.0) - found.z).max() < 1e-6
 
 
 @pytest.mark.parametrize("radius", [0.4, 0.1, 0.02])
