@@ -13,6 +13,8 @@ import typer.testing
 from compiling import share_kernels
 from hypothesis import settings
 
+from pneumorph import threads
+
 # As the command does.
 gc.set_threshold(20_000, 50)
 # The first call of a compiled kernel takes seconds and says nothing about the property: no deadline for examples.
@@ -70,6 +72,16 @@ def forgotten_kernels():
     mappings = Path("/proc/self/maps")
     if not mappings.exists() or mappings.read_bytes().count(b"\n") > MOST_MAPPINGS:
         jax.clear_caches()
+
+
+@pytest.fixture
+def three_threads(monkeypatch):
+    """Three threads for kernels, however many the tests have."""
+    monkeypatch.setattr(threads.numba, "get_num_threads", lambda: 3)
+    threads._workers.cache_clear()
+    yield
+    threads._workers().shutdown()
+    threads._workers.cache_clear()
 
 
 @pytest.fixture(scope="module")

@@ -313,3 +313,14 @@ def test_of_images_one_gets_a_row():
     places = np.random.default_rng(0).uniform(-1, 1, (200, 3))
     images = np.array([foremost(group, places @ operation.T, np.zeros(len(places))) for operation in group])
     assert (images.sum(axis=0) == 1).all()
+
+
+def test_several_threads_find_the_same(block, request):
+    _, space, limits = block
+    body = moved(space, 3, 0.3)
+    report, rows = limits.certify(body), limits.rows(body, 1.0, -0.5)
+    request.getfixturevalue("three_threads")
+    with_threads, rows_with_threads = limits.certify(body), limits.rows(body, 1.0, -0.5)
+    assert with_threads.readings == report.readings
+    np.testing.assert_array_equal(rows_with_threads.value, rows.value)
+    assert abs(rows_with_threads.jacobian - rows.jacobian).max() == 0.0

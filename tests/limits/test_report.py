@@ -5,7 +5,7 @@ from scipy.spatial import KDTree
 
 from pneumorph.geometry.tube.surface import cap_points
 from pneumorph.limits.certify.places import Points
-from pneumorph.limits.of_shape import build_limit_functions
+from pneumorph.limits.of_shape import build_limit_functions, tube_limits
 from pneumorph.limits.table import BY_NAME
 
 
@@ -161,3 +161,17 @@ def test_worst_place_between_samples_is_found(make_body, table):
     found = certified(body, spec)["envelope"]
     assert widest <= found.value <= 1.004 * widest
     assert found.attained <= found.value
+
+
+def test_several_threads_find_the_same(make_body, table, waved, request):
+    body = make_body(chambers=((4.0, (1.5, 0.0), (4.0, 20.0), "flat"),))
+    body = body.with_control_points(waved(body, 5, wave=1.2))
+    limits = tube_limits(body, table())
+    report, rows = limits.certify(body), limits.rows(body, 1.0, -0.5)
+    request.getfixturevalue("three_threads")
+    with_threads, rows_with_threads = limits.certify(body), limits.rows(body, 1.0, -0.5)
+    assert with_threads.readings == report.readings
+    assert len(rows.value) > 100
+    np.testing.assert_array_equal(rows_with_threads.kind, rows.kind)
+    np.testing.assert_array_equal(rows_with_threads.value, rows.value)
+    assert abs(rows_with_threads.jacobian - rows.jacobian).max() == 0.0

@@ -19,6 +19,7 @@ from pneumorph.limits.certify.places import Places, Points, joined
 from pneumorph.limits.kinds.kind import Kind, Sampled
 from pneumorph.limits.rows.sampled import Near, RowBlock
 from pneumorph.limits.table import ROWS
+from pneumorph.threads import each
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
@@ -85,8 +86,10 @@ def linearised(
             for name, points in block.close.items():
                 close[name] = joined(close[name], points) if name in close else points
 
-    for kind in kinds:
-        add([ROWS.index(limit.name) for limit in kind.limits], kind.rows(at, near))
+    # Most of the time goes into kernels that release the Python lock.
+    found = each(lambda kind: list(kind.rows(at, near)), kinds)
+    for kind, more in zip(kinds, found, strict=True):
+        add([ROWS.index(limit.name) for limit in kind.limits], more)
     if violated is not None:
         for kind in kinds:
             for limit in kind.limits:

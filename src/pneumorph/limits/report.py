@@ -17,6 +17,7 @@ from pneumorph.limits.certify.tally import Tally
 from pneumorph.limits.kinds.kind import Enclosed, Kind
 from pneumorph.limits.kinds.region import ENVELOPE
 from pneumorph.limits.table import BY_NAME, OF_SHAPE
+from pneumorph.threads import each
 
 NOISE = 1e-9
 """Values below it, in mm, 1/mm² or 1, are shown as 0."""
@@ -124,21 +125,40 @@ class LimitReport:
 
 
 def certify(kinds: Sequence[Kind[Any, Enclosed, Any]], body: Enclosed) -> LimitReport:
-    """Certify a body, as it encloses its surfaces, against its limits of some kinds."""
+    """Certify a body, as it encloses its surfaces, against its limits of some kinds, side by side where that goes."""
     tallies = {
         limit.name: Tally(limit, body.spec)
         for kind in kinds
         for limit in kind.limits
         if limit.read(body.spec) is not None
     }
-    # Distances come last: they take longest, and need not be finer than what is known of end planes and rims.
-    for kind in reversed(kinds):
-        with doing(f"certifying {', '.join(dict.fromkeys(limit.word for limit in kind.limits))}"):
-            kind.certify(body, tallies)
+
+    def certified(group: list[Kind[Any, Enclosed, Any]]) -> None:
+        # Distances come last: they take longest, and need not be finer than what is known of end planes and rims.
+        for kind in reversed(group):
+            with doing(f"certifying {', '.join(dict.fromkeys(_words(kind)))}"):
+                kind.certify(body, tallies)
+
+    each(certified, _apart(kinds))
     return LimitReport(
         readings=tuple(_readings(body, tallies)),
         places={name: tally.places() for name, tally in tallies.items()},
     )
+
+
+def _apart(kinds: Sequence[Kind[Any, Enclosed, Any]]) -> list[list[Kind[Any, Enclosed, Any]]]:
+    """The kinds in groups that have no name for users in common, so that nothing is known of one by another."""
+    groups: list[list[Kind[Any, Enclosed, Any]]] = []
+    for kind in kinds:
+        alike = [group for group in groups if any(set(_words(kind)) & set(_words(other)) for other in group)]
+        groups = [group for group in groups if group not in alike] + [
+            [*(one for group in alike for one in group), kind]
+        ]
+    return groups
+
+
+def _words(kind: Kind[Any, Enclosed, Any]) -> list[str]:
+    return [limit.word for limit in kind.limits]
 
 
 def _readings(body: EnclosedBody, tallies: Mapping[str, Tally]) -> list[LimitReading]:

@@ -8,6 +8,7 @@ method (`closest_pair`). In pairs that may be nearer than required, the larger p
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -26,7 +27,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer]
 
 _DEPTH = 40  # largest number of successive halvings, of both patches together
-_SHARE = 64  # pairs that a thread takes at once
+_SHARE = 256  # pairs that a thread takes at once
 
 
 class Sides(NamedTuple):
@@ -182,12 +183,22 @@ def _room() -> tuple[Floats, ...]:
     of halvings; for one of them, nets, ranges and a place; derivatives and points of both patches.
     """
     most = _DEPTH + 2
-    return tuple(map(np.empty, ((most, 2, 48), (most, 8), (most, 2), (2, 48), 8, 4, (12, 3), (10, 3))))
+    return _arrays((most, 2, 48), (most, 8), (most, 2), (2, 48), (8,), (4,), (12, 3), (10, 3))
 
 
 def _scratch() -> tuple[Floats, ...]:
     """Arrays of `_raised`: those of `steps`, `slab`, `linked` and `clears`."""
-    return tuple(map(np.empty, ((3, 2), (4, 3), (6, 4), (13, 3), (4, 4), (4, 4), (4, 4), (4, 4))))
+    return _arrays((3, 2), (4, 3), (6, 4), (13, 3), (4, 4), (4, 4), (4, 4), (4, 4))
+
+
+def _arrays(*shapes: tuple[int, ...]) -> tuple[Floats, ...]:
+    """Arrays in one piece of memory: small ones of two threads would lie in the same lines of the processor's cache."""
+    ends = np.cumsum([math.prod(shape) for shape in shapes])
+    line = 8
+    whole = np.empty(ends[-1] + 2 * line)
+    return tuple(
+        part.reshape(shape) for part, shape in zip(np.split(whole[line:-line], ends[:-1]), shapes, strict=True)
+    )
 
 
 @numba.njit(cache=True, nogil=True)
