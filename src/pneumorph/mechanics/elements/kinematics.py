@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumorph.mechanics.elements.element import TET_DN, TET_WEIGHT
-from pneumorph.mechanics.elements.points import strain, straining
+from pneumorph.mechanics.elements.points import largest_singular, strain, straining, turn_on
 from pneumorph.mechanics.material.energies import determinant
 
 SQUARINGS = 3
-"""Of (I − ½A)⁻¹ (I + ½A), which is exp A for small A; it turns by what is antisymmetric in A without stretching."""
+"""Of the exponential of an eighth of a change of deformation gradients, see `turn_on`."""
 
 
 class State(NamedTuple):
@@ -77,12 +77,8 @@ def gradients_after(tets: np.ndarray, X: np.ndarray, u: np.ndarray, dX: np.ndarr
     F, A, dF = (np.empty((3, 3, 4, len(tets))) for _ in range(3))
     strain(X[tets], u[tets], TET_DN, TET_WEIGHT, F, A, np.empty(F.shape[2:]))
     straining(dX[tets], du[tets], TET_DN, F, A, dF, np.empty(F.shape), np.empty(F.shape[2:]))
-    F, dF = (np.moveaxis(each, (0, 1), (-2, -1)) for each in (F, dF))
-    rate = dF @ np.linalg.inv(F) / (2.0 * 2**SQUARINGS)
-    turned = np.linalg.solve(np.eye(3) - rate, np.eye(3) + rate)
-    for _ in range(SQUARINGS):
-        turned = turned @ turned
-    return np.ascontiguousarray(np.moveaxis(turned @ F, (-2, -1), (0, 1)))
+    turn_on(F, dF, SQUARINGS)
+    return F
 
 
 def volume_ratio(F: Any) -> np.ndarray:
@@ -91,10 +87,7 @@ def volume_ratio(F: Any) -> np.ndarray:
 
 
 def largest_stretch(F: np.ndarray) -> np.ndarray:
-    """Largest singular value of 3×3 matrices (3, 3, …), from the characteristic cubic of FᵀF (Smith 1961)."""
-    C = np.einsum("ki...,kj...->ij...", F, F)
-    mean = (C[0, 0] + C[1, 1] + C[2, 2]) / 3
-    deviator = C - mean * np.eye(3).reshape(3, 3, *[1] * (F.ndim - 2))
-    spread = np.sqrt(np.maximum(np.sum(deviator**2, axis=(0, 1)) / 6, 1e-30))
-    cosine = np.clip(determinant(deviator / spread) / 2, -1.0, 1.0)
-    return np.sqrt(mean + 2 * spread * np.cos(np.arccos(cosine) / 3))
+    """Largest singular value of 3×3 matrices (3, 3, …)."""
+    largest = np.empty(F.shape[2:])
+    largest_singular(F.reshape(3, 3, -1), largest.reshape(-1))
+    return largest

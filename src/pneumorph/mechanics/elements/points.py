@@ -40,6 +40,14 @@ def _inverse(J, A):
     return volume
 
 
+@numba.njit(cache=True, fastmath=FLAGS)
+def _multiply(one, other, out):
+    """Write the product of two matrices (3, 3) to a third."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = one[i, 0] * other[0, j] + one[i, 1] * other[1, j] + one[i, 2] * other[2, j]
+
+
 @numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def strain(X, u, derivative, weight, F, A, measure):
     """F and A (3, 3, 4, M) and the volumes of the points (4, M), of tetrahedra at X (M, 10, 3) displaced by u.
@@ -288,3 +296,68 @@ def add_rows(values, rows, out):
         for a in range(rows.shape[1]):
             for i in range(3):
                 out[rows[e, a], i] += values[e, a, i]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def turn_on(F, dF, squarings):
+    """Deformation gradients F (3, 3, 4, M) become exp(δF F⁻¹) F, in place.
+
+    The exponential of a small A is (I − ½A)⁻¹ (I + ½A), which turns by what is antisymmetric in A without stretching;
+    that of a larger one is that of A/2ⁿ, squared n times.
+
+    Parameters
+    ----------
+    F : (3, 3, 4, M) array
+    dF : (3, 3, 4, M) array
+        δF.
+    squarings : int
+        n.
+    """
+    share = 0.5 / 2**squarings
+    for e in range(F.shape[3]):
+        here, turned, one, other = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        for q in range(F.shape[2]):
+            for i in range(3):
+                for j in range(3):
+                    here[i, j], one[i, j] = F[i, j, q, e], share * dF[i, j, q, e]
+            _inverse(here, other)
+            _multiply(one, other, turned)
+            for i in range(3):
+                for j in range(3):
+                    unit = 1.0 if i == j else 0.0
+                    one[i, j], other[i, j] = unit - turned[i, j], unit + turned[i, j]
+            _inverse(one, turned)
+            _multiply(turned, other, one)
+            for _ in range(squarings):
+                _multiply(one, one, other)
+                one, other = other, one
+            _multiply(one, here, turned)
+            for i in range(3):
+                for j in range(3):
+                    F[i, j, q, e] = turned[i, j]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+def largest_singular(F, largest):
+    """The largest singular values (n,) of matrices F (3, 3, n): the cubic of FᵀF solved by its cosine (Smith 1961).
+
+    Parameters
+    ----------
+    F : (3, 3, n) array
+    largest : (n,) array
+        Filled.
+    """
+    for p in range(F.shape[2]):
+        xx = F[0, 0, p] ** 2 + F[1, 0, p] ** 2 + F[2, 0, p] ** 2
+        yy = F[0, 1, p] ** 2 + F[1, 1, p] ** 2 + F[2, 1, p] ** 2
+        zz = F[0, 2, p] ** 2 + F[1, 2, p] ** 2 + F[2, 2, p] ** 2
+        xy = F[0, 0, p] * F[0, 1, p] + F[1, 0, p] * F[1, 1, p] + F[2, 0, p] * F[2, 1, p]
+        xz = F[0, 0, p] * F[0, 2, p] + F[1, 0, p] * F[1, 2, p] + F[2, 0, p] * F[2, 2, p]
+        yz = F[0, 1, p] * F[0, 2, p] + F[1, 1, p] * F[1, 2, p] + F[2, 1, p] * F[2, 2, p]
+        mean = (xx + yy + zz) / 3.0
+        xx, yy, zz = xx - mean, yy - mean, zz - mean
+        square = (xx**2 + yy**2 + zz**2 + 2.0 * (xy**2 + xz**2 + yz**2)) / 6.0
+        spread = np.sqrt(max(square, 1e-30))
+        volume = xx * (yy * zz - yz**2) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+        cosine = min(max(0.5 * volume / spread**3, -1.0), 1.0)
+        largest[p] = np.sqrt(mean + 2.0 * spread * np.cos(np.arccos(cosine) / 3.0))

@@ -50,10 +50,9 @@ MOST_PRODUCTS = 12
 MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
 
-NEAR, FAR, ROUGH = 0.05, 0.3, 1.0
-"""Relative residuals: of a state whose factorisation serves for the answer too; above which a step with predicted
-volume ratios mostly gets farther than Newton's; and above which the tangent is often indefinite for the stress of rough
-ones."""
+FAR, ROUGH = 0.3, 1.0
+"""Relative residuals above which a step with predicted volume ratios mostly gets farther than Newton's, and above which
+the tangent is often indefinite for the stress of rough ones."""
 
 MOST_LEFT = 0.25
 """A step with predicted volume ratios from a state that is not rough is taken if it leaves at most this part of the
@@ -100,8 +99,7 @@ def minimise(
             tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
         if ratios is not None and FAR < here.size / scale <= ROUGHER * bulk_over_shear(at):
             here = _smoothed(at, tangent, here, ratios, scale)
-        # What is lent serves for the answer too.
-        secants, made = Secants() if tangent.ready else None, 0.0 if tangent.borrows(at) else np.inf
+        secants = Secants() if tangent.ready else None
         for _ in range(most):
             size = here.size / scale
             if size <= tolerance:
@@ -121,13 +119,11 @@ def minimise(
                     continue
                 secants = secants.after(moved.vector - here.vector, here.residual, moved.residual)
                 here = moved
-                # The answer needs a factorisation nearby in any case: the sooner it is made, the fewer steps are left.
-                due = made > NEAR and SMOOTH**2 * scale < here.size <= SMOOTH * scale
-                if due or secants.expected(tolerance * scale) > WORTH:
+                # One for the answer, for stability and adjoints, is made there if this one does not serve.
+                if secants.expected(tolerance * scale) > WORTH:
                     secants = None
                 continue
             direction, raised = _factorised(at, tangent, here, raised)
-            made = size
             moved = line_search(at, here, direction)
             stuck = not raised and (moved is None or moved.size > HALVED * here.size)
             if stuck and here.size <= residual_rounding(at, here.vector):
