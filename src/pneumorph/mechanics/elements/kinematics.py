@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pneumorph.mechanics.elements.element import TET_DN, TET_WEIGHT
-from pneumorph.mechanics.elements.points import largest_singular, strain, straining, turn_on
+from pneumorph.mechanics.elements.points import strain, straining, turn_on
 from pneumorph.mechanics.material.energies import determinant
 
 SQUARINGS = 3
@@ -87,7 +87,10 @@ def volume_ratio(F: Any) -> np.ndarray:
 
 
 def largest_stretch(F: np.ndarray) -> np.ndarray:
-    """Largest singular value of 3×3 matrices (3, 3, …)."""
-    largest = np.empty(F.shape[2:])
-    largest_singular(F.reshape(3, 3, -1), largest.reshape(-1))
-    return largest
+    """Largest singular value of 3×3 matrices (3, 3, …), from the characteristic cubic of FᵀF (Smith 1961)."""
+    C = np.einsum("ki...,kj...->ij...", F, F)
+    mean = (C[0, 0] + C[1, 1] + C[2, 2]) / 3
+    deviator = C - mean * np.eye(3).reshape(3, 3, *[1] * (F.ndim - 2))
+    spread = np.sqrt(np.maximum(np.sum(deviator**2, axis=(0, 1)) / 6, 1e-30))
+    cosine = np.clip(determinant(deviator / spread) / 2, -1.0, 1.0)
+    return np.sqrt(mean + 2 * spread * np.cos(np.arccos(cosine) / 3))

@@ -335,29 +335,3 @@ def turn_on(F, dF, squarings):
             for i in range(3):
                 for j in range(3):
                     F[i, j, q, e] = turned[i, j]
-
-
-@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
-def largest_singular(F, largest):
-    """The largest singular values (n,) of matrices F (3, 3, n): the cubic of FᵀF solved by its cosine (Smith 1961).
-
-    Parameters
-    ----------
-    F : (3, 3, n) array
-    largest : (n,) array
-        Filled.
-    """
-    for p in range(F.shape[2]):
-        xx = F[0, 0, p] ** 2 + F[1, 0, p] ** 2 + F[2, 0, p] ** 2
-        yy = F[0, 1, p] ** 2 + F[1, 1, p] ** 2 + F[2, 1, p] ** 2
-        zz = F[0, 2, p] ** 2 + F[1, 2, p] ** 2 + F[2, 2, p] ** 2
-        xy = F[0, 0, p] * F[0, 1, p] + F[1, 0, p] * F[1, 1, p] + F[2, 0, p] * F[2, 1, p]
-        xz = F[0, 0, p] * F[0, 2, p] + F[1, 0, p] * F[1, 2, p] + F[2, 0, p] * F[2, 2, p]
-        yz = F[0, 1, p] * F[0, 2, p] + F[1, 1, p] * F[1, 2, p] + F[2, 1, p] * F[2, 2, p]
-        mean = (xx + yy + zz) / 3.0
-        xx, yy, zz = xx - mean, yy - mean, zz - mean
-        square = (xx**2 + yy**2 + zz**2 + 2.0 * (xy**2 + xz**2 + yz**2)) / 6.0
-        spread = np.sqrt(max(square, 1e-30))
-        volume = xx * (yy * zz - yz**2) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
-        cosine = min(max(0.5 * volume / spread**3, -1.0), 1.0)
-        largest[p] = np.sqrt(mean + 2.0 * spread * np.cos(np.arccos(cosine) / 3.0))
