@@ -186,7 +186,7 @@ def test_the_rubber_of_a_region_alone_changes_nothing():
 
 @pytest.mark.parametrize("factor", [1.0, 1e3])
 def test_states_are_carried_over_and_stored(factor):
-    asked = problem(SLEEVE, factor=factor, mesh={"size": "4 mm"})
+    asked = problem(SLEEVE, (3.0, 21.0), factor, mesh={"size": "4 mm"}).with_changes({"body.length": "24 mm"})
     body = starting_body(asked.tubes)
     space, fresh = build_design_space(asked, body), discretise(asked, body)
     shift = fresh.morph.shift.copy()
@@ -201,7 +201,8 @@ def test_states_are_carried_over_and_stored(factor):
     assert list(again.model.regions) == list(disc.model.regions)
     # To another mesh and solved from there, it takes few factorisations.
     finer = build_discretisation(asked, mesh_of(asked, body, mirrors_of(asked), 3.5), disc.built_at)
+    assert finer.model.elements > disc.model.elements
     states = {name: each.state for name, each in found.equilibria.items()}
     moved = analyse(asked, space, finer, space.start, carry_over(disc, found.X, states, finer, finer.morph.mesh.points))
-    assert moved.value == pytest.approx(found.value, rel=0.02)
+    assert moved.value == pytest.approx(found.value, rel=0.005)
     assert moved.equilibria["one"].factorisations <= 8
