@@ -12,6 +12,7 @@ import pytest
 import typer.testing
 from compiling import share_kernels
 from hypothesis import settings
+from meshing import share_meshes
 
 from pneumorph import threads
 
@@ -49,6 +50,15 @@ def kernels_of_all_processes(tmp_path_factory):
     """Processes that run tests beside each other share what they compile."""
     if "PYTEST_XDIST_WORKER" in os.environ:
         share_kernels(tmp_path_factory.getbasetemp().parent / "kernels")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def meshes_are_filled_once(tmp_path_factory):
+    """Hundreds of tests are about a few small bodies."""
+    own = tmp_path_factory.getbasetemp()
+    with pytest.MonkeyPatch.context() as patch:
+        share_meshes((own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "meshes", patch)
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

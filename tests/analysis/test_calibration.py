@@ -31,7 +31,8 @@ def of(*values):
 
 @pytest.fixture(scope="module")
 def body():
-    problem = loads(problem_text(TASK, chambers=TWO_BESIDE, radius=10)).with_changes({"mesh.size": "8 mm"})
+    text = problem_text(TASK, chambers=TWO_BESIDE, radius=10, body='symmetry = { mirror = ["xz"] }')
+    problem = loads(text).with_changes({"mesh.size": "8 mm"})
     return problem, starting_body(problem.tubes)
 
 

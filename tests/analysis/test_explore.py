@@ -10,6 +10,8 @@ from pneumorph.analysis import Explorer, Stopped
 from pneumorph.problem import loads
 from pneumorph.results import to_json
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 
 def mirrored(mirrors: str, **changes: str) -> str:
     return tiny(**changes).replace("[[body.chamber]]", f"symmetry = {{ mirror = [{mirrors}] }}\n[[body.chamber]]")

@@ -17,6 +17,8 @@ from pneumorph.optimize import DesignAccepted, design
 from pneumorph.output.export import export
 from pneumorph.problem import loads
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 GAS = 'gas = { pressure = "10 kPa", exponent = 1.4 }\n'
 BOTH = """
 [[task]]

@@ -6,6 +6,8 @@ import json
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 RELAXING = 'relaxation = [{ share = 0.3, time = "5 s" }]\nsoftening = { r = 2.0, m = "5 kPa" }'
 
 

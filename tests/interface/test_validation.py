@@ -9,6 +9,8 @@ from pneumorph.cli import app
 from pneumorph.interface.design import starting_design
 from pneumorph.problem import load, loads
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 TASK = '[[task]]\nname = "extend"\npressure = { A = "40 kPa" }\nobjective = { motion = "extension" }\n'
 
 

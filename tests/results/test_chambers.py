@@ -10,6 +10,8 @@ from pneumorph.problem import loads
 from pneumorph.results import MotionRates
 from pneumorph.results.chambers import chamber_uses
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 BEND = """
 [[task]]
 name = "one"

@@ -12,6 +12,8 @@ import pneumorph as pm
 from pneumorph.cli import app
 from pneumorph.problem import loads
 
+pytestmark = pytest.mark.usefixtures("without_mesh_errors")
+
 REST = problems.REST.replace('A = "60 kPa"', 'A = "30 kPa", B = "20 kPa"')
 CHAMBERS = (("A", 1.6, "4 mm", "0 mm"), ("B", 1.6, "-4 mm", "0 mm"))
 TWO = problem_text(REST, chambers=CHAMBERS, body='control_density = "0.3 /mm"')
