@@ -118,7 +118,8 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
             def later(name, entry):
                 now[0] += 3600.0 * entry.iteration
 
-            yield run_member(each.name, each.problem, str(tmp_path / each.name), later, False, None, settings)
+            own = dataclasses.replace(settings, looked_at=False)
+            yield run_member(each.name, each.problem, str(tmp_path / each.name), later, False, None, own)
 
     found = propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=30.0, stages=(2,), designs=2), slow, 1)
     # Time was up after the first design of the first, before the second had begun, with none left for the finer mesh.
@@ -127,7 +128,7 @@ def test_what_has_begun_ends_when_its_time_is_up_and_goes_on_later(tmp_path, mon
     assert cut_short(run) and run.history()[-1].iteration == 1
     assert {each.lost for each in found} == {"there was no time for 2 designs", "there was no time for the finer mesh"}
     monkeypatch.undo()
-    again = Runner(tmp_path)
+    again = Runner(tmp_path, looking=False)
     # The same plan, with more time: what was cut short goes on.
     propose(TARGET, tmp_path, Plan(candidates=2, seed=1, minutes=60.0, stages=(2,), designs=1), again, 1)
     names = {each.candidate.name for each in found}
@@ -146,7 +147,7 @@ def test_the_best_comes_first_also_where_it_did_not_come_to_the_finer_mesh():
 
 @pytest.mark.slow
 def test_a_comparison_that_has_no_time_loses_nobody(tmp_path, monkeypatch):
-    now, inner = [0.0], Runner(tmp_path)
+    now, inner = [0.0], Runner(tmp_path, looking=False)
     monkeypatch.setattr("time.time", lambda: now[0])
 
     def slow(members, drawn):

@@ -76,7 +76,8 @@ def test_a_search_with_wishes_ranks_what_none_beats_first(tmp_path, monkeypatch)
     """On meshes hardly finer than those of candidates, and without the pictures of the last designs."""
     monkeypatch.setattr(search, "FINER", 0.9)
     target = Target.model_validate(TARGET.model_dump(mode="json") | {"minimize": ["mass", "pressure", "-force"]})
-    found = propose(target, tmp_path, replace(FEW, candidates=2), Runner(tmp_path, looking=False), 1)
+    few = replace(FEW, candidates=2, stages=(1,))
+    found = propose(target, tmp_path, few, Runner(tmp_path, looking=False), 1)
     compared = [each for each in found if each.amounts]
     assert len(compared) >= 2 and compared[0].unbeaten
     fronts = [each.unbeaten for each in compared]
