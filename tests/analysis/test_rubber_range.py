@@ -13,8 +13,6 @@ from pneumorph.output.sweeps import table
 from pneumorph.problem import loads
 from pneumorph.results import SweepStep, from_json, to_json
 
-pytestmark = pytest.mark.usefixtures("without_mesh_errors")
-
 SPRING = """
 [end_effector]
 spring = { axial = "0.5 N/mm" }
