@@ -1,6 +1,7 @@
 """What the solver says when there is no equilibrium, and that both factorisations agree."""
 
 import importlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,12 +64,33 @@ def test_steps_that_take_many_factorisations_are_shortened(monkeypatch):
         steps.append(soon(*arguments))
         return steps[-1]
 
-    monkeypatch.setattr(search, "FEW", 0)
+    monkeypatch.setattr(search, "FEW", 1)
     monkeypatch.setattr(search, "_found_soon", counted)
     found = solve(at, Tangent(built))
-    assert "none was found in 0 factorisations" in steps
+    assert "none was found in 1 factorisations" in steps
     assert isinstance(steps[-1], tuple)
     assert np.abs(found.u - whole.u).max() < 1e-6
+
+
+def test_a_state_that_is_no_minimum_is_sought_again(monkeypatch):
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = build_model(mesh, RUBBER)
+    at = configure(built, mesh.points, build_loads(built, {"A": 0.03}))
+    search = importlib.import_module("pneumorph.mechanics.solve.search")
+    minimise, read_off, checked = search.minimise, search.read_off, []
+
+    def noted(*arguments):
+        checked.append(arguments[-1])
+        return minimise(*arguments)
+
+    def unstable_at_first(*arguments):
+        answer = read_off(*arguments)
+        return answer if checked[-1] else replace(answer, negative_pivots=1)
+
+    monkeypatch.setattr(search, "minimise", noted)
+    monkeypatch.setattr(search, "read_off", unstable_at_first)
+    assert solve(at, Tangent(built), rest(built)).stable
+    assert checked == [False, True]
 
 
 def test_a_start_turned_inside_out_is_answered_from_rest():

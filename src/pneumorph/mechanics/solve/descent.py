@@ -50,9 +50,10 @@ MOST_PRODUCTS = 12
 MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
 
-FAR, ROUGH = 0.3, 1.0
-"""Relative residuals above which a step with predicted volume ratios mostly gets farther than Newton's, and above which
-the tangent is often indefinite for the stress of rough ones."""
+NEAR, FAR, ROUGH = 0.05, 0.3, 1.0
+"""Relative residuals: of a state whose factorisation tells whether the one found from it is a minimum; above which a
+step with predicted volume ratios mostly gets farther than Newton's; and above which the tangent is often indefinite for
+the stress of rough ones."""
 
 MOST_LEFT = 0.25
 """A step with predicted volume ratios from a state that is not rough is taken if it leaves at most this part of the
@@ -63,7 +64,12 @@ ROUGHER = 0.5
 
 
 def minimise(
-    at: Configuration, tangent: Tangent, start: State, tolerance: float, ratios: np.ndarray | None = None
+    at: Configuration,
+    tangent: Tangent,
+    start: State,
+    tolerance: float,
+    ratios: np.ndarray | None = None,
+    checked: bool = True,
 ) -> tuple[State, float] | str:
     """Minimise Π from `start`; returns the state and its relative residual, or the reason why it failed.
 
@@ -82,6 +88,9 @@ def minimise(
         Residual over the applied force at which it ends.
     ratios : (4, E) array, optional
         Volume ratios at the quadrature points.
+    checked : bool
+        Whether the tangent is factorised near the state that is found, which keeps steps with older ones from ending
+        where there is no minimum; else that is for the caller to see.
     """
     model = at.model
     vector = held(at, model.vector(start))
@@ -99,7 +108,8 @@ def minimise(
             tangent.factorise(unloaded(at), model.state(np.zeros(model.size)))
         if ratios is not None and FAR < here.size / scale <= ROUGHER * bulk_over_shear(at):
             here = _smoothed(at, tangent, here, ratios, scale)
-        secants = Secants() if tangent.ready else None
+        # What is lent serves for the answer too.
+        secants, made = Secants() if tangent.ready else None, 0.0 if tangent.borrows(at) else np.inf
         for _ in range(most):
             size = here.size / scale
             if size <= tolerance:
@@ -119,11 +129,12 @@ def minimise(
                     continue
                 secants = secants.after(moved.vector - here.vector, here.residual, moved.residual)
                 here = moved
-                # One for the answer, for stability and adjoints, is made there if this one does not serve.
-                if secants.expected(tolerance * scale) > WORTH:
+                due = checked and made > NEAR and SMOOTH**2 * scale < here.size <= SMOOTH * scale
+                if due or secants.expected(tolerance * scale) > WORTH:
                     secants = None
                 continue
             direction, raised = _factorised(at, tangent, here, raised)
+            made = size
             moved = line_search(at, here, direction)
             stuck = not raised and (moved is None or moved.size > HALVED * here.size)
             if stuck and here.size <= residual_rounding(at, here.vector):

@@ -130,11 +130,16 @@ def _searched(
             begin = _begin(at, start)
             if roughest < math.inf and not relative_residual(at, begin.state) <= roughest * bulk_over_shear(at):
                 return NoEquilibrium("there is no equilibrium near the predicted state", 0.0, None)
-            found = _search(at, tangent, begin, tolerance)
+            found = _search(at, tangent, begin, tolerance, checked=False)
             if not isinstance(found, str):
                 # It is not given up for what the search has cost.
                 tangent.max_factorisations = math.inf
-                return read_off(at, tangent, *found, before)
+                answer = read_off(at, tangent, *found, before)
+                if not answer.negative_pivots or at.model.mixed:
+                    return answer
+                # Seldom: steps have ended where there is no minimum.
+                found = _search(at, tangent, begin, tolerance)
+                return answer if isinstance(found, str) else read_off(at, tangent, *found, before)
     if since is not None:
         begin, state = since
         return _raise(at, begin, state, tangent, before, tolerance, earlier)
@@ -215,8 +220,10 @@ def _begin(at: Configuration, start: State | Guess) -> Guess:
     return replace(guess, state=fitted(at, begin, F) if relative_residual(at, begin) > ROUGH else begin)
 
 
-def _search(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float) -> tuple[State, float] | str:
-    """`find_near`, from where a search begins."""
+def _search(
+    at: Configuration, tangent: Tangent, begin: Guess, tolerance: float, checked: bool = True
+) -> tuple[State, float] | str:
+    """`find_near`, from where a search begins; `checked` is as for `minimise`."""
     if at.model.mixed:
         return find_stable(at, tangent, begin, tolerance)
     if at.model.reinforcements:
@@ -226,7 +233,7 @@ def _search(at: Configuration, tangent: Tangent, begin: Guess, tolerance: float)
     ratios = begin.ratios
     if ratios is None and begin.gradients is not None:
         ratios = volume_ratio(begin.gradients)
-    return minimise(at, tangent, begin.state, tolerance, ratios)
+    return minimise(at, tangent, begin.state, tolerance, ratios, checked)
 
 
 def _step_up(at: Configuration, tangent: Tangent, before, tolerance: float) -> Equilibrium | NoEquilibrium:
