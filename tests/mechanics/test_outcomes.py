@@ -93,6 +93,27 @@ def test_a_state_that_is_no_minimum_is_sought_again(monkeypatch):
     assert checked == [False, True]
 
 
+def test_an_answer_that_is_no_minimum_is_kept_where_seeking_it_again_is_too_costly(monkeypatch):
+    mesh = tube(4, 8, 20, (1, 8, 4))
+    built = build_model(mesh, RUBBER)
+    at = configure(built, mesh.points, build_loads(built, {"A": 0.03}))
+    search = importlib.import_module("pneumorph.mechanics.solve.search")
+    minimise, read_off = search.minimise, search.read_off
+
+    def costly(at, tangent, *others):
+        if others[-1]:
+            for _ in range(50):
+                tangent.factorise(at, rest(built))
+        return minimise(at, tangent, *others)
+
+    monkeypatch.setattr(search, "minimise", costly)
+    monkeypatch.setattr(search, "read_off", lambda *arguments: replace(read_off(*arguments), negative_pivots=1))
+    tangent = Tangent(built)
+    found = solve(at, tangent, rest(built), most=5)
+    assert isinstance(found, Equilibrium) and not found.stable
+    assert tangent.factorisations <= 11
+
+
 def test_a_start_turned_inside_out_is_answered_from_rest():
     mesh = tube(4, 8, 20, (1, 8, 4))
     built = build_model(mesh, RUBBER)

@@ -125,7 +125,7 @@ class LimitReport:
 
 
 def certify(kinds: Sequence[Kind[Any, Enclosed, Any]], body: Enclosed) -> LimitReport:
-    """Certify a body, as it encloses its surfaces, against its limits of some kinds, side by side where that goes."""
+    """Certify a body, as it encloses its surfaces, against its limits of some kinds, on all threads that there are."""
     tallies = {
         limit.name: Tally(limit, body.spec)
         for kind in kinds
@@ -147,13 +147,12 @@ def certify(kinds: Sequence[Kind[Any, Enclosed, Any]], body: Enclosed) -> LimitR
 
 
 def _apart(kinds: Sequence[Kind[Any, Enclosed, Any]]) -> list[list[Kind[Any, Enclosed, Any]]]:
-    """The kinds in groups that have no name for users in common, so that nothing is known of one by another."""
+    """The kinds in groups: those whose limits share a name for users, of which one may be known by another."""
     groups: list[list[Kind[Any, Enclosed, Any]]] = []
     for kind in kinds:
         alike = [group for group in groups if any(set(_words(kind)) & set(_words(other)) for other in group)]
-        groups = [group for group in groups if group not in alike] + [
-            [*(one for group in alike for one in group), kind]
-        ]
+        groups = [group for group in groups if group not in alike]
+        groups.append([*(one for group in alike for one in group), kind])
     return groups
 
 

@@ -13,7 +13,7 @@ from pneumorph.mechanics.elements.points import strain, straining, turn_on
 from pneumorph.mechanics.material.energies import determinant
 
 SQUARINGS = 3
-"""Of the exponential of an eighth of a change of deformation gradients, see `turn_on`."""
+"""How often the exponential by which deformation gradients change is squared, see `turn_on`."""
 
 
 class State(NamedTuple):

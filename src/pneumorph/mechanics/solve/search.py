@@ -132,14 +132,18 @@ def _searched(
                 return NoEquilibrium("there is no equilibrium near the predicted state", 0.0, None)
             found = _search(at, tangent, begin, tolerance, checked=False)
             if not isinstance(found, str):
+                most = tangent.max_factorisations - before[0]
                 # It is not given up for what the search has cost.
                 tangent.max_factorisations = math.inf
                 answer = read_off(at, tangent, *found, before)
-                if not answer.negative_pivots or at.model.mixed:
-                    return answer
-                # Seldom: steps have ended where there is no minimum.
-                found = _search(at, tangent, begin, tolerance)
-                return answer if isinstance(found, str) else read_off(at, tangent, *found, before)
+                if answer.negative_pivots and not at.model.mixed:
+                    # Seldom: steps have ended where there is no minimum. It may take as many factorisations again.
+                    again: tuple[State, float] | str = ""
+                    with suppress(TooCostly, SingularMatrix), tangent.spending(most):
+                        again = _search(at, tangent, begin, tolerance)
+                    if not isinstance(again, str):
+                        return read_off(at, tangent, *again, before)
+                return answer
     if since is not None:
         begin, state = since
         return _raise(at, begin, state, tangent, before, tolerance, earlier)
