@@ -142,7 +142,7 @@ def test_where_a_body_is_meshed_anew_its_elements_are_those_that_it_needs_now(fi
     found = {}
     for error in ("2 %", "6 %"):
         setup = build_setup(coarse.problem.with_changes({"mesh.error": error}))
-        list(follow := Kept(trial.analyse_trial(setup, 6, now.design, coarse.phi, Clock())))
+        list(follow := Kept(trial.analyse_trial(setup, 6, now.design, coarse.phi, 3.0, Clock())))
         there = follow.value
         assert there.remeshed and there.analysis is not None
         share = largest_share(setup.problem, quick_errors(setup.problem, there.disc, there.analysis))

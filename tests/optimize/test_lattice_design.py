@@ -12,6 +12,7 @@ from pneumorph.limits.of_shape import limits_of
 from pneumorph.limits.table import ROWS
 from pneumorph.optimize import DesignAccepted, Finished, build_setup, optimise, within
 from pneumorph.optimize.linear_limits import linear_limits
+from pneumorph.optimize.settings import TrialSettings
 from pneumorph.optimize.smoothing import build_smoothing
 from pneumorph.optimize.start import resumed
 from pneumorph.problem import loads
@@ -97,8 +98,13 @@ def test_designs_are_symmetric_and_kept_faces_stay(events):
 
 def test_a_design_is_resumed(setup, events):
     middle = [event for event in events if isinstance(event, DesignAccepted)][2]
-    again = resumed(setup, middle.state)
+    again = resumed(setup, {**middle.state, "stride": 1.7})
     assert again.analysis.value == pytest.approx(middle.entry.objective, rel=1e-6)
+    assert again.learnt.stride == 1.7
+    # As runs of earlier versions are, which do not know it.
+    assert "stride" in middle.state
+    older = {key: value for key, value in middle.state.items() if key != "stride"}
+    assert resumed(setup, older).learnt.stride == TrialSettings.stride
 
 
 def test_faces_that_stay_at_the_envelope_ask_for_no_motion(folder, monkeypatch):

@@ -1,4 +1,4 @@
-"""A step whose state is not found at once is gone in parts, on the mesh before it and on a new one."""
+"""The states of a step are followed in parts, on the mesh before it and on a new one."""
 
 from dataclasses import replace
 
@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.analysis import analyse
+from pneumorph.analysis import analyse, predict_states
 from pneumorph.mechanics import NoEquilibrium
 from pneumorph.mesh import poor, relax
-from pneumorph.optimize import trial
+from pneumorph.optimize import trial, way
 from pneumorph.optimize.buckling import judge
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.iterate import AnalysedDesign
+from pneumorph.optimize.settings import TrialSettings
 from pneumorph.optimize.setup import build_setup
+from pneumorph.optimize.way import Place, Way, before_last_part, follow
 from pneumorph.problem import loads
 
 
@@ -27,9 +29,9 @@ def start(request):
     return setup, AnalysedDesign(analysis, disc, setup.certify(phi), judge(disc, analysis, {}))
 
 
-def tried(start, phi):
+def tried(start, phi, stride=6.0):
     setup, now = start
-    steps = trial.analyse_trial(setup, 1, now, phi, Clock())
+    steps = trial.analyse_trial(setup, 1, now, phi, stride, Clock())
     while True:
         try:
             next(steps)
@@ -37,11 +39,16 @@ def tried(start, phi):
             return end.value
 
 
+def way_to(start, phi, end=None):
+    setup, now = start
+    return Way(setup, Place(now.disc, now.analysis), end or now.disc, phi)
+
+
 @pytest.mark.parametrize("new", [False, True])
 def test_a_step_in_parts_ends_where_the_whole_one_does(start, new, monkeypatch):
     setup, now = start
     space = setup.space
-    phi = space.start + 0.2 * np.random.default_rng(0).normal(size=space.n)
+    phi = space.start + 0.1 * np.random.default_rng(0).normal(size=space.n)
     if new:
         monkeypatch.setattr(trial, "needs_remesh", lambda *given: "asked for")
     whole, asked = tried(start, phi), []
@@ -51,21 +58,87 @@ def test_a_step_in_parts_ends_where_the_whole_one_does(start, new, monkeypatch):
         refused = NoEquilibrium("not at once", 0.0, None)
         return refused if len(asked) == 1 else analyse(problem, space, disc, phi, *rest, **options)
 
-    monkeypatch.setattr(trial, "analyse", not_at_once)
+    monkeypatch.setattr(way, "analyse", not_at_once)
     parts = tried(start, phi)
     assert parts.remeshed == whole.remeshed == new
     assert parts.analysis.value == pytest.approx(whole.analysis.value, rel=1e-5)
-    # The first part is half of the step; on a new mesh the design before it comes first.
-    assert asked[1 + new] == pytest.approx(0.5 * (now.analysis.phi + phi))
-    assert asked[2 + new] == pytest.approx(phi)
+    if new:
+        # The design before it comes first.
+        assert asked[1] == pytest.approx(now.analysis.phi)
+        assert asked[2] == pytest.approx(phi)
+    else:
+        # The first part is half of the step.
+        assert asked[1] == pytest.approx(0.5 * (now.analysis.phi + phi))
+        assert asked[2] == pytest.approx(phi)
+        assert parts.stride == pytest.approx(0.5 * way_to(start, phi).length, rel=0.6)
+
+
+def test_a_long_step_is_followed_in_parts_that_grow(start, monkeypatch):
+    setup, _ = start
+    phi = setup.space.start + 0.1 * np.random.default_rng(0).normal(size=setup.space.n)
+    ahead, asked = way_to(start, phi), []
+
+    def watched(problem, space, disc, phi, *rest, **options):
+        asked.append(phi)
+        return analyse(problem, space, disc, phi, *rest, **options)
+
+    whole = follow(ahead, 6.0)
+    monkeypatch.setattr(way, "analyse", watched)
+    found = follow(ahead, 0.2 * ahead.length)
+    assert found.found.value == pytest.approx(whole.found.value, rel=1e-5)
+    shares = np.array([np.linalg.norm(each - setup.space.start) for each in asked]) / np.linalg.norm(phi - asked[0])
+    parts = np.diff(shares, prepend=0.0) / shares[-1]
+    assert parts[0] == pytest.approx(0.2)
+    assert len(parts) < 5 and parts.max() > 0.25
+    assert (found.reached, found.stride) == (1.0, pytest.approx(0.3 * ahead.length))
+
+
+def test_what_two_states_predict_is_of_second_order(start):
+    """With half the way the error is an eighth, and a quarter with one state."""
+    setup, now = start
+    direction = 0.02 * np.random.default_rng(0).normal(size=setup.space.n)
+    end, errors = setup.space.start + direction, {}
+    known = analyse(setup.problem, setup.space, now.disc, end, tolerance=1e-10)
+    for far in (1.0, 0.5):
+        before, after = (
+            analyse(setup.problem, setup.space, now.disc, end + sign * far * direction, tolerance=1e-10)
+            for sign in (-1.0, 1.0)
+        )
+        exact = after.equilibria["extend"].state.u
+        for name, given in (("one", None), ("two", (before, -1.0))):
+            guess = predict_states(setup.space, now.disc, known, after.phi, given)["extend"]
+            errors[name, far] = np.linalg.norm(np.asarray(guess.state.u) - exact)
+    rates = {name: np.log2(errors[name, 1.0] / errors[name, 0.5]) for name in ("one", "two")}
+    assert rates["one"] == pytest.approx(2.0, abs=0.4)
+    assert rates["two"] == pytest.approx(3.0 if now.disc.model.plain else 2.0, abs=0.4)
+
+
+@pytest.mark.parametrize(("taken", "after"), [(1, 3.0), (4, 3.0), (5, 2.0), (6, 2.0), (7, 2.0 / 1.5), (8, 2.0 / 1.5)])
+def test_the_next_first_part_is_as_long_as_few_factorisations_allow(taken, after):
+    assert way._after_first(TrialSettings(), 2.0, 2.0, taken) == pytest.approx(after)
+
+
+def test_a_short_step_says_nothing_against_a_longer_first_part():
+    settings = TrialSettings()
+    assert way._after_first(settings, 4.0, 0.5, 2) == 4.0
+    assert way._after_first(settings, 6.0, 6.0, 1) == settings.longest
+
+
+@pytest.mark.parametrize("left", [1.0, 0.3])
+@pytest.mark.parametrize("part", np.linspace(0.05, 2.0, 14))
+def test_no_short_part_is_left_for_the_last(part, left):
+    length = way._without_rest(part, left)
+    assert length <= min(1.2 * part, left)
+    assert length == left or left - length >= min(length, 0.99 * part)
 
 
 def test_a_step_without_any_state_is_given_up_with_the_reason(start, monkeypatch):
     space = start[0].space
-    monkeypatch.setattr(trial, "analyse", lambda *given, **options: NoEquilibrium("it balloons", 0.0, None))
+    monkeypatch.setattr(way, "analyse", lambda *given, **options: NoEquilibrium("it balloons", 0.0, None))
     found = tried(start, space.start + 0.01)
     assert found.analysis is None
-    assert (found.reason, found.reached) == ("it balloons", 0.0)
+    # Half of a quarter of the step may have one.
+    assert (found.reason, found.reached) == ("it balloons", 0.125)
 
 
 def test_nodes_inside_go_along(start, monkeypatch):
@@ -80,20 +153,30 @@ def test_nodes_inside_go_along(start, monkeypatch):
         seen.append(disc.morph.positions(space.control_points(phi)))
         return analyse(problem, space, disc, phi, *rest, **options)
 
-    monkeypatch.setattr(trial, "analyse", watched)
-    _, reached = trial._in_parts(setup, disc, now.analysis, end, phi)
-    assert reached == 1.0
+    monkeypatch.setattr(way, "analyse", watched)
+    ahead = way_to(start, phi, end)
+    assert follow(ahead, 0.5 * ahead.length).reached == 1.0
     assert seen[0] == pytest.approx(0.5 * (X + seen[1]), abs=1e-12)
 
 
-def test_elements_that_invert_half_way_only_halve_the_region(start, monkeypatch):
-    """They say nothing of the states of a shorter step, of which none is known either."""
-    setup, now = start
-    monkeypatch.setattr(trial, "_quality", lambda *given: -0.1)
-    phi = setup.space.start + 0.05
-    found, reached = trial._in_parts(setup, now.disc, now.analysis, now.disc, phi)
-    assert isinstance(found, NoEquilibrium)
-    assert reached == 0.5
+def test_where_elements_fold_on_the_way_its_rest_is_one_part(start, monkeypatch):
+    monkeypatch.setattr(way, "quality", lambda *given: -0.1)
+    ahead, asked = way_to(start, start[0].space.start + 0.05), []
+
+    def watched(problem, space, disc, phi, *rest, **options):
+        asked.append(phi)
+        return analyse(problem, space, disc, phi, *rest, **options)
+
+    monkeypatch.setattr(way, "analyse", watched)
+    found = follow(ahead, 0.5 * ahead.length)
+    assert found.reached == 1.0 and len(asked) == 1 and asked[0] is ahead.phi
+    # A new mesh may serve where the old one does not.
+    known = before_last_part(ahead, 0.5 * ahead.length)
+    assert known.here.analysis is start[1].analysis and known.reached == 0.0
+    # It is not tried again and again.
+    asked.clear()
+    monkeypatch.setattr(way, "analyse", lambda *given, **options: asked.append(1) or NoEquilibrium("none", 0.0, None))
+    assert isinstance(follow(ahead, 0.5 * ahead.length).found, NoEquilibrium) and asked == [1]
 
 
 def test_nodes_slide_along_surfaces_before_a_new_mesh_is_made(start):

@@ -39,8 +39,10 @@ from pneumorph.mechanics import (
     loads_of,
     model_of,
     negative_motions,
+    on_parabola,
     part_of,
     predict,
+    predict_change,
     rest,
     settled,
     softest_of_kinds,
@@ -337,8 +339,16 @@ def buckling_loads(
     }
 
 
-def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis, phi: np.ndarray) -> dict[str, Guess]:
-    """Predict the states of all tasks and castings to first order, for a design near an analysed one on the same mesh.
+def predict_states(
+    space: DesignSpace,
+    disc: Discretisation,
+    analysis: Analysis,
+    phi: np.ndarray,
+    before: tuple[Analysis, float] | None = None,
+) -> dict[str, Guess]:
+    """Predict the states of all tasks and castings, for a design near an analysed one on the same mesh.
+
+    To first order; those of plain elements to second order, where the states of another design are known.
 
     Parameters
     ----------
@@ -346,6 +356,7 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
     disc : their mesh, whose nodes inside may have been shifted since.
     analysis : of the design that is known.
     phi : (n,) the other.
+    before : an analysed design on the straight way behind, and how far back it is (negative), over the way ahead.
 
     Returns
     -------
@@ -359,7 +370,13 @@ def predict_states(space: DesignSpace, disc: Discretisation, analysis: Analysis,
         own = {**pressures[name], **analysis.equilibria[name].enclosed}
         pressure = np.array([own[chamber] for chamber in disc.model.chambers])
         loads = at.loads._replace(pressure=pressure, reinforcement=reinforcement)
-        guesses[name] = predict(at, disc.tangents[name], analysis.equilibria[name].state, dX, loads)
+        state = analysis.equilibria[name].state
+        curved = None
+        if before is not None and at.model.plain and at.enclosed is None:
+            ahead = predict_change(at, disc.tangents[name], state, replace(at, X=at.X + dX, loads=loads))
+            curved = on_parabola(state, ahead, before[0].equilibria[name].state, before[1], 1.0)
+        guess = predict(at, disc.tangents[name], state, dX, loads) if curved is None else Guess(curved)
+        guesses[name] = guess
         off = zip(disc.castings.get(name, ()), analysis.castings.get(name, ()), strict=True)
         for number, (casting, known) in enumerate(off):
             there = as_cast(replace(at, loads=loads), casting.motion, casting.changes)

@@ -41,7 +41,7 @@ from pneumorph.mechanics.solve.mirror import breaking_loads, mirrors_of, sealed
 from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, diagnose, follow
 from pneumorph.mechanics.solve.place import PathPoint, limit_near
-from pneumorph.mechanics.solve.prediction import predict
+from pneumorph.mechanics.solve.prediction import on_parabola, predict, predict_change
 from pneumorph.mechanics.solve.restore import restored
 from pneumorph.mechanics.solve.search import solve
 from pneumorph.mechanics.solve.sweep import secant_start, sweep
@@ -88,9 +88,11 @@ __all__ = [
     "model_of",
     "negative_motions",
     "neo_hookean_rubber",
+    "on_parabola",
     "parameters_by_constants",
     "part_of",
     "predict",
+    "predict_change",
     "rest",
     "restored",
     "rotation",

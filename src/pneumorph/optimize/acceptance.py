@@ -154,9 +154,9 @@ def _has_equilibria(tried: Tried) -> Verdict:
     trial, settings = tried.trial, tried.setup.settings
     if trial.analysis is not None:
         return None
-    # Where not even the first part of the step had a state, a step as short as that would not have one either.
-    reached = trial.reached or settings.radius.shrink * settings.trial.shortest
-    return tried.rejected(trial.reason, min(settings.radius.shrink, reached))
+    # A part without a state ends the way; from another design, or in other parts, one may lead a little farther.
+    least, most = settings.radius.shrink**3, settings.radius.shrink
+    return tried.rejected(trial.reason, min(max(trial.reached, least), most))
 
 
 def _satisfies_state_limits(tried: Tried) -> Verdict:

@@ -24,6 +24,7 @@ from pneumorph.mechanics import rest
 from pneumorph.optimize.buckling import LateralStability, judge_closely
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.model import Curvature, Proxy, no_curvature, unpack_curvature
+from pneumorph.optimize.settings import TrialSettings
 from pneumorph.optimize.setup import Setup
 from pneumorph.optimize.states import StateLimits, linear_states
 from pneumorph.optimize.step import Stepper
@@ -65,6 +66,8 @@ class Learnt:
         Of the trust region, in reference steps.
     objectives : tuple of float
         Of the designs so far whose states satisfy their limits.
+    stride : float
+        How long the first part of the next step may be, in reference steps, see `way.follow`.
     state_curvature : float
         Of the limits on states along the last step, 1/mm².
     looked : (tasks,) or (0,) array
@@ -77,6 +80,7 @@ class Learnt:
     curvature: Curvature
     radius: float
     objectives: tuple[float, ...]
+    stride: float = TrialSettings.stride
     state_curvature: float = 0.0
     looked: np.ndarray = field(default_factory=lambda: np.zeros(0))
     at_rest: float | None = None
@@ -90,6 +94,7 @@ class Learnt:
         """Arrays and numbers from which `unpack_learnt` restores it."""
         return {
             "radius": self.radius,
+            "stride": self.stride,
             "values": np.array(self.objectives),
             "looked": self.looked,
             "at_rest": self.at_rest,
@@ -106,6 +111,7 @@ def unpack_learnt(setup: Setup, state: Mapping[str, Any]) -> Learnt:
         unpack_curvature(state) if known else no_curvature(setup.space.n),
         float(state["radius"]),
         tuple(map(float, state["values"]))[:-1],
+        float(state.get("stride", TrialSettings.stride)),
         looked=np.asarray(state.get("looked", np.zeros(0))),
         at_rest=state.get("at_rest"),
     )

@@ -118,7 +118,7 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
     made = current.disc.factorisations
     current = renewed(setup, current, clock)
     factorisations += current.disc.factorisations - made
-    region = first_region(settings.radius, current.learnt.radius)
+    region = first_region(settings.radius, current.learnt.radius, current.learnt.stride)
     current = current.learning(
         curvature=current.learnt.curvature.with_design(current.analysis.phi, current.slopes.rest)
     )
@@ -130,7 +130,9 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
         verdict = first_objection(PROPOSAL_TESTS, attempt)
         if verdict is None:
             region = region.after_trial()
-            trial = yield from analyse_trial(setup, current.number + 1, current.design, proposal.within.phi, clock)
+            given = setup, current.number + 1, current.design, proposal.within.phi, current.learnt.stride, clock
+            trial = yield from analyse_trial(*given)
+            current = current.learning(stride=trial.stride)
             tried = corrected(Tried(setup, current, region, asked, proposal, clock, trial))
             trial, proposal = tried.trial, tried.proposal
             factorisations += trial.factorisations
@@ -160,7 +162,7 @@ def _accept(tried: Tried) -> Iterate:
     learnt = replace(
         current.learnt,
         stepper=current.learnt.stepper.after(proposal.step),
-        radius=next_radius(setup.settings.radius, tried.region, tried.ratio, proposal.kept, long),
+        radius=next_radius(setup.settings.radius, tried.region, tried.ratio, proposal.kept, long, tried.trial.stride),
         state_curvature=current.states.curvature(tried.trial.state_excess, proposal.change),
     )
     following = evaluate(setup, current.number + 1, tried.design, learnt, tried.clock)

@@ -49,12 +49,19 @@ class TrustRegion:
         return replace(self, radius=min(settings.expand * self.radius, self.longest))
 
 
-def begin(settings: RadiusSettings, radius: float) -> TrustRegion:
-    """The region at the beginning of a search."""
-    return TrustRegion(radius, radius, settings.largest)
+def begin(settings: RadiusSettings, radius: float, stride: float) -> TrustRegion:
+    """The region at the beginning of a search, where states are predicted as far as `stride` at once."""
+    return TrustRegion(radius, radius, largest(settings, stride))
 
 
-def next_radius(settings: RadiusSettings, region: TrustRegion, ratio: float, kept: float, long: bool) -> float:
+def largest(settings: RadiusSettings, stride: float) -> float:
+    """The largest region where states are predicted as far as `stride` at once."""
+    return max(settings.largest, stride)
+
+
+def next_radius(
+    settings: RadiusSettings, region: TrustRegion, ratio: float, kept: float, long: bool, stride: float
+) -> float:
     """The radius for the next design, in reference steps, after a step was accepted.
 
     A region in which a step was just rejected does not grow: there it would be too large again, and where no
@@ -66,6 +73,7 @@ def next_radius(settings: RadiusSettings, region: TrustRegion, ratio: float, kep
     ratio : of actual to predicted gain.
     kept : the share of its predicted gain that the step kept when it was brought within the limits.
     long : whether the step was long enough to show that the region is too small.
+    stride : how far states are predicted at once, in reference steps.
     """
     radius, at_once = region.radius, region.trials == 1
     if ratio < settings.fair or kept < settings.poorly_kept:
@@ -74,4 +82,4 @@ def next_radius(settings: RadiusSettings, region: TrustRegion, ratio: float, kep
         radius *= settings.expand
     if ratio >= settings.fair and at_once:
         radius = max(radius, min(settings.expand * region.first, settings.ordinary))
-    return min(max(radius, settings.smallest), settings.largest)
+    return min(max(radius, settings.smallest), largest(settings, stride))

@@ -34,7 +34,7 @@ class RadiusSettings:
     """Below this region the search for a better design ends: after five halvings, each of which cost a trial."""
 
     largest: float = 3.0
-    """At three times the usual step of 0.2 mm every step needs a new mesh."""
+    """Three times the usual step of 0.2 mm, where states are not predicted farther than that at once."""
 
     ordinary: float = 0.5
     """Half of the step that was asked for. To this size a region grows back from design to design whatever made it
@@ -160,18 +160,34 @@ class TrialSettings:
     """Most factorisations for a task with contact, where what touches changes on the way."""
 
     most_on_new_mesh: int = 20
-    """Most factorisations for a task on a new mesh, to which the state has to be carried over."""
+    """Most factorisations for a task on a new mesh, to which the state of the same design was carried over."""
 
     most: int = 8
-    """Most factorisations for a task on the mesh that the step comes from, where prediction leaves 3 to 5 of them: what
-    is not found with these is found in parts of the step."""
+    """Most factorisations for a task in a part of a step, where prediction leaves 1 to 5 of them: what is not found
+    with these is found in shorter parts."""
+
+    stride: float = 3.0
+    """Length of the first part of a step, in reference steps, until it is learnt, and at most where the mesh will not
+    serve to the end. Nodes of the mesh are moved in parts of this length, too."""
+
+    longest: float = 6.0
+    """To which it may grow, and the trust region with it. A wall of 2 mm is hardly thicker than six usual steps."""
+
+    few: int = 4
+    """Most factorisations for a task of a part after which the next one may be longer, or that of the next step."""
+
+    many: int = 6
+    """More of them make the first part of the next step shorter. Two parts take at least five."""
+
+    growth: float = 1.5
+    """By how much, at a time."""
 
     roughest: float = 5.0
     """Residual of a predicted state, over κ/μ and the applied forces, above which a search without contact does not
     begin: it hardly ever ends."""
 
-    shortest: float = 1 / 4
-    """Least part of a step that is solved at a time."""
+    halvings: int = 2
+    """How often, on the way to a design, a part is halved whose states are not found."""
 
     bearable: float = 0.002
     """Where no new mesh can be made, one is kept whose worst element has a quality above this: flatter elements break

@@ -88,7 +88,7 @@ def build_setup(problem: Problem, settings: LoopSettings | None = None) -> Setup
     limits = limits_of(problem, space.reference)
     setup = setup_among(problem, space, limits, mesher_of(problem, part_of(problem)), settings)
     if problem.optimizer.method == "dfp":
-        reach = 2.5 * setup.settings.radius.largest * setup.reference
+        reach = 2.5 * setup.settings.trial.longest * setup.reference
         all_samples = build_limit_functions(space.reference, problem.limits, reach=reach)
         return replace(setup, stepper=PaperStepper(space, all_samples, setup.reference))
     return setup

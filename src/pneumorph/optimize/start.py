@@ -22,7 +22,7 @@ from pneumorph.optimize.iterate import AnalysedDesign, Iterate, Learnt, evaluate
 from pneumorph.optimize.model import no_curvature
 from pneumorph.optimize.prospects import shortfalls, words
 from pneumorph.optimize.setup import Setup
-from pneumorph.optimize.trial import states_on
+from pneumorph.optimize.way import Place, states_on
 from pneumorph.optimize.within import Within
 from pneumorph.problem import Limits, Problem
 from pneumorph.problem.designed import starting_at
@@ -102,7 +102,7 @@ def _on_new_mesh(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generato
         disc = _meshed(setup, phi)
         disc = carried(disc, disc.morph.positions(design.analysis.points), design.disc.castings)
     with clock.phase("equilibrium"):
-        starts, most = states_on(design.disc, design.analysis, disc), setup.settings.trial.most_on_new_mesh
+        starts, most = states_on(Place(design.disc, design.analysis), disc), setup.settings.trial.most_on_new_mesh
         analysis = analyse(setup.problem, setup.space, disc, phi, starts, most=most)
     if not isinstance(analysis, Analysis):
         analysis = yield from _solved(setup, disc, phi, clock)

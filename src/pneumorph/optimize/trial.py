@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+import math
+from collections.abc import Generator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,6 @@ from pneumorph.analysis import (
     Analysis,
     Discretisation,
     analyse,
-    carry_over,
     expect_limit_points,
     joined,
     predict_states,
@@ -20,9 +20,8 @@ from pneumorph.analysis import (
 from pneumorph.errors import MeshError
 from pneumorph.limits.kinds.states import MARGIN
 from pneumorph.limits.limit import ROUNDING
-from pneumorph.mechanics import Guess, NoEquilibrium
-from pneumorph.mesh import between, needs_remesh, poor, relax, slide
-from pneumorph.mesh.quality import scaled_jacobian
+from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mesh import needs_remesh
 from pneumorph.optimize.buckling import LateralStability, judge, judge_after
 from pneumorph.optimize.castings import carried
 from pneumorph.optimize.clock import Clock
@@ -30,6 +29,17 @@ from pneumorph.optimize.events import Event, MeshKept, Remeshed
 from pneumorph.optimize.iterate import AnalysedDesign
 from pneumorph.optimize.setup import Setup
 from pneumorph.optimize.states import worst_state
+from pneumorph.optimize.way import (
+    Followed,
+    Place,
+    Way,
+    before_last_part,
+    follow,
+    follow_on,
+    quality,
+    states_on,
+    with_moved_nodes,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +64,8 @@ class Trial:
         By how much its states violate a limit at most, relative to the bound, and the name of that limit.
     reached : float
         Where it was solved in parts of the step, how much of the step had states.
+    stride : float
+        How long the first part of the next step may be, in reference steps.
     """
 
     disc: Discretisation
@@ -66,6 +78,7 @@ class Trial:
     state_excess: float = -np.inf
     state_limit: str = ""
     reached: float = 1.0
+    stride: float = math.inf
 
     @property
     def beyond_states(self) -> bool:
@@ -73,17 +86,8 @@ class Trial:
         return self.state_excess > ROUNDING
 
 
-@dataclass(frozen=True, eq=False)
-class _Followed:
-    """The mesh of a trial with the states to begin from, and whether it is new."""
-
-    disc: Discretisation
-    starts: Mapping[str, Guess]
-    remeshed: bool
-
-
 def analyse_trial(
-    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock
+    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, stride: float, clock: Clock
 ) -> Generator[Event, None, Trial]:
     """Analyse a design that is a step away from the current one.
 
@@ -93,16 +97,16 @@ def analyse_trial(
     number : of the new design.
     now : the current design.
     phi : (n,) the new design.
+    stride : length of the first part in which its states are followed, in reference steps; see `way.follow`.
     clock : counts the time.
     """
     before, count = now.analysis.value, now.disc.factorisations
-    mesh = yield from _follow(setup, number, now, phi, clock)
-    if isinstance(mesh, MeshError):
-        return Trial(now.disc, None, str(mesh), before, remeshed=True, factorisations=0)
-    with clock.phase("equilibrium"):
-        analysis, reached = _solve(setup, now, mesh, phi)
-    spent = Trial(mesh.disc, None, "", before, mesh.remeshed, 0 if mesh.remeshed else -count, reached=reached)
-    return _judged(setup, number, now, spent, analysis, clock)
+    way, remeshed = yield from _follow(setup, number, now, phi, stride, clock)
+    if isinstance(way, MeshError):
+        return Trial(now.disc, None, str(way), before, remeshed=True, factorisations=0, stride=stride)
+    done = (now.disc.factorisations if remeshed else 0) - count
+    spent = Trial(way.disc, None, "", before, remeshed, done, reached=way.reached, stride=way.stride)
+    return _judged(setup, number, now, spent, way.found, clock)
 
 
 def analyse_again(setup: Setup, number: int, now: AnalysedDesign, trial: Trial, phi: np.ndarray, clock: Clock) -> Trial:
@@ -168,107 +172,62 @@ def _judged(
 
 
 def _follow(
-    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, clock: Clock
-) -> Generator[Event, None, _Followed | MeshError]:
-    """The mesh for a new design, with its predicted states; the error where there is none."""
-    space, settings, disc, points = setup.space, setup.settings.trial, now.disc, setup.space.control_points(phi)
+    setup: Setup, number: int, now: AnalysedDesign, phi: np.ndarray, stride: float, clock: Clock
+) -> Generator[Event, None, tuple[Followed | MeshError, bool]]:
+    """The states of a new design, and whether it has a new mesh; the error where there is no mesh for it."""
     with clock.phase("geometry"):
-        reason = needs_remesh(disc.morph, points)
-        if reason is not None:
-            # Mostly a few elements fold, which moving the nodes inside repairs; a new mesh starts from that too.
-            disc = replace(disc, morph=relax(disc.morph, points))
-            if disc.model.contact is None and poor(disc.morph, points):
-                disc = replace(disc, morph=slide(disc.morph, points))
-            reason = needs_remesh(disc.morph, points)
+        way = _serving(Way(setup, Place(now.disc, now.analysis), now.disc, phi))
+        reason = needs_remesh(way.end.morph, setup.space.control_points(phi))
+    if reason is not None:
+        return (yield from _on_new_mesh(number, way, reason, stride, clock))
     with clock.phase("equilibrium"):
-        starts = predict_states(space, disc, now.analysis, phi)
-    if reason is None:
-        return _Followed(disc, starts, remeshed=False)
-    quality, like = _quality(disc, points), disc.morph.at(points)
+        return follow(way, stride), False
+
+
+def _on_new_mesh(
+    number: int, way: Way, reason: str, stride: float, clock: Clock
+) -> Generator[Event, None, tuple[Followed | MeshError, bool]]:
+    """What `_follow` finds where the mesh would not serve to the end of the way, with the reason."""
+    setup, begin, disc = way.setup, way.begin, way.end
+    settings, points = setup.settings.trial, setup.space.control_points(way.phi)
+    with clock.phase("equilibrium"):
+        # Mostly it serves for a part of it.
+        known = before_last_part(way, min(stride, settings.stride))
+        if isinstance(known.found, NoEquilibrium):
+            return known, False
+        starts = way.predicted(disc, 1.0, known.here, known.last)
+    worst, like = quality(disc, points), disc.morph.at(points)
     if like.halved is not None:
         with clock.phase("equilibrium"):
-            like = replace(like, halved=joined(setup.problem, now.disc, now.analysis))
+            like = replace(like, halved=joined(setup.problem, begin.disc, begin.analysis))
     with clock.phase("geometry"):
         # Any size of elements, where the mesh does not serve any more.
-        sound = quality >= settings.sound
+        sound = worst >= settings.sound
         finest = min(settings.finer * setup.problem.mesh.size, disc.morph.size) if sound else 0.0
         try:
-            new = setup.discretise(space.body(phi), finest, like)
+            new = setup.discretise(setup.space.body(way.phi), finest, like)
         except MeshError as error:
-            if quality < settings.bearable:
-                return error
-            yield MeshKept(number, str(error), quality)
-            return _Followed(disc, starts, remeshed=False)
+            if worst < settings.bearable:
+                return error, True
+            yield MeshKept(number, str(error), worst)
+            with clock.phase("equilibrium"):
+                return follow(way, stride), False
         new = carried(new, new.morph.positions(points), disc.castings)
-        starts = states_on(disc, now.analysis, new, (disc.morph.positions(points), starts))
-    yield Remeshed(number, reason, new.model.elements, _quality(new, points), new.model.part)
-    return _Followed(new, starts, remeshed=True)
+        starts = states_on(known.here, new, (disc.morph.positions(points), starts))
+    yield Remeshed(number, reason, new.model.elements, quality(new, points), new.model.part)
+    with clock.phase("equilibrium"):
+        return follow_on(way, known, new, starts), True
 
 
-def _solve(
-    setup: Setup, now: AnalysedDesign, mesh: _Followed, phi: np.ndarray
-) -> tuple[Analysis | NoEquilibrium, float]:
-    """The new design on its mesh, and how much of the step had states if it was solved in parts."""
-    problem, space, settings, disc = setup.problem, setup.space, setup.settings.trial, mesh.disc
-    if disc.model.contact is not None:
-        near = None if mesh.remeshed else now.analysis
-        return analyse(problem, space, disc, phi, mesh.starts, most=settings.most_in_contact, near=near), 1.0
-    most = settings.most_on_new_mesh if mesh.remeshed else settings.most
-    analysis = analyse(problem, space, disc, phi, mesh.starts, most=most, roughest=settings.roughest)
-    if not isinstance(analysis, NoEquilibrium):
-        return analysis, 1.0
-    if not mesh.remeshed:
-        return _in_parts(setup, now.disc, now.analysis, disc, phi)
-    starts = states_on(now.disc, now.analysis, disc)
-    again = analyse(problem, space, disc, now.analysis.phi, starts, most=settings.most_on_new_mesh)
-    return (again, 1.0) if isinstance(again, NoEquilibrium) else _in_parts(setup, disc, again, disc, phi)
-
-
-def _in_parts(
-    setup: Setup, begin: Discretisation, near: Analysis, end: Discretisation, phi: np.ndarray
-) -> tuple[Analysis | NoEquilibrium, float]:
-    """The design Φ (n,) by way of others between it and one near it, and how much of the way had states.
-
-    Nodes inside go along.
-
-    Parameters
-    ----------
-    begin, near : the design near it, and its mesh.
-    end, phi : the design, and its mesh: the same, perhaps with other nodes inside.
-    """
-    problem, space, settings = setup.problem, setup.space, setup.settings.trial
-    last, reached, part = near, 0.0, 0.5
-    while reached < 1.0:
-        share = min(reached + part, 1.0)
-        disc = replace(end, morph=between(begin.morph, end.morph, share))
-        there = near.phi + share * (phi - near.phi)
-        if _quality(disc, space.control_points(there)) < settings.bearable:
-            # It says nothing of the states of shorter steps.
-            return NoEquilibrium("elements of the mesh invert along the step", 0.0, None), max(reached, part)
-        starts = predict_states(space, disc, last, there)
-        tried = analyse(problem, space, disc, there, starts, most=settings.most, roughest=settings.roughest)
-        if not isinstance(tried, NoEquilibrium):
-            last, reached = tried, share
-        elif part > settings.shortest:
-            part /= 2
-        else:
-            return tried, reached
-    return last, reached
-
-
-def states_on(
-    old: Discretisation, now: Analysis, new: Discretisation, ahead: tuple[np.ndarray, Mapping[str, Guess]] | None = None
-) -> dict[str, Guess]:
-    """The states of an analysed design, or those predicted from it, on a new mesh.
-
-    Parameters
-    ----------
-    old, now : its mesh, and the design.
-    new : the new mesh.
-    ahead : see `carry_over`.
-    """
-    states = {name: equilibrium.state for name, equilibrium in now.equilibria.items()}
-    return carry_over(old, now.X, states, new, new.morph.positions(now.points), ahead)
+def _serving(way: Way) -> Way:
+    """The way with nodes of its mesh moved, in parts too, where it would have to be remeshed for the new design."""
+    disc, parts = way.end, max(math.ceil(way.length / way.setup.settings.trial.stride - 0.1), 1)
+    for part in range(1, parts + 1):
+        points = way.setup.space.control_points(way.design(part / parts))
+        if needs_remesh(disc.morph, points):
+            # Mostly a few elements fold, which moving the nodes inside repairs; a new mesh starts from that too.
+            disc = with_moved_nodes(disc, points)
+    return replace(way, end=disc)
 
 
 def _value_on(setup: Setup, disc: Discretisation, now: Analysis, trial: Analysis) -> float:
@@ -277,8 +236,3 @@ def _value_on(setup: Setup, disc: Discretisation, now: Analysis, trial: Analysis
     most = setup.settings.trial.most_in_contact
     again = analyse(setup.problem, setup.space, disc, now.phi, starts, most=most)
     return now.value if isinstance(again, NoEquilibrium) else again.value
-
-
-def _quality(disc: Discretisation, points: np.ndarray) -> float:
-    """Quality of the worst element of the mesh moved to these control points."""
-    return float(scaled_jacobian(disc.morph.positions(points), disc.morph.mesh.tets).min())

@@ -127,6 +127,11 @@ class Model:
         return self.potential.contact
 
     @property
+    def plain(self) -> bool:
+        """Whether its elements are plain, without π, and there are neither sheets nor fibres nor contact."""
+        return self.contact is None and not self.mixed and not self.reinforcements
+
+    @property
     def size(self) -> int:
         """Number of unknowns."""
         return self.sparsity.size

@@ -279,8 +279,7 @@ def _raise(
     still = (np.array_equal(getattr(whole.loads, part), getattr(begin.loads, part)) for part in ("shift", "held"))
     moving = reshaped or not all(still)
     step = FIRST_RESHAPED if reshaped else FIRST_MOVED if moving else 1.0
-    model = whole.model
-    plain = model.contact is None and not model.mixed and not model.reinforcements
+    plain = whole.model.plain
     while reached < 1.0:
         short = SMALLEST_MOVE if moving else SMALLEST_FRACTION
         smallest = short if moving or reached else SMALLEST_FIRST
