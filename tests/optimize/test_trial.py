@@ -170,6 +170,8 @@ def test_where_elements_fold_on_the_way_its_rest_is_one_part(start, monkeypatch)
     monkeypatch.setattr(way, "analyse", watched)
     found = follow(ahead, 0.5 * ahead.length)
     assert found.reached == 1.0 and len(asked) == 1 and asked[0] is ahead.phi
+    # What was learnt is of all of it.
+    assert found.stride >= min(ahead.length, TrialSettings.longest) / TrialSettings.growth
     # A new mesh may serve where the old one does not.
     known = before_last_part(ahead, 0.5 * ahead.length)
     assert known.here.analysis is start[1].analysis and known.reached == 0.0

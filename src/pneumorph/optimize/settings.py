@@ -171,7 +171,7 @@ class TrialSettings:
     serve to the end. Nodes of the mesh are moved in parts of this length, too."""
 
     longest: float = 6.0
-    """To which it may grow, and the trust region with it. A wall of 2 mm is hardly thicker than six usual steps."""
+    """To which it may grow, and the trust region with it. Six usual steps are more than half of a wall of 2 mm."""
 
     few: int = 4
     """Most factorisations for a task of a part after which the next one may be longer, or that of the next step."""
@@ -180,7 +180,7 @@ class TrialSettings:
     """More of them make the first part of the next step shorter. Two parts take at least five."""
 
     growth: float = 1.5
-    """By how much, at a time."""
+    """How many times longer the next part is after one with few factorisations, or shorter after one with many."""
 
     roughest: float = 5.0
     """Residual of a predicted state, over κ/μ and the applied forces, above which a search without contact does not

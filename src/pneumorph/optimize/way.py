@@ -87,7 +87,7 @@ class Followed:
     stride : float
         How long the first part of the next way may be, in reference steps.
     reached : float
-        How much of the way had states, or may have, where it ends before the new design for the lack of a state.
+        How much of the way had states; if no part of it had, how much may still have.
     last : Place, optional
         The place before that design.
     """
@@ -141,7 +141,7 @@ def _along(way: Way, stride: float, before_last: bool = False) -> Followed:
             break
         if folded:
             # At the end they do not.
-            share, there, phi = 1.0, way.end, way.phi
+            part, share, there, phi = 1.0 - here.share, 1.0, way.end, way.phi
         starts = way.predicted(there, share, here, last)
         tried = analyse(setup.problem, setup.space, there, phi, starts, most=settings.most, roughest=settings.roughest)
         first = here is way.begin
@@ -155,7 +155,7 @@ def _along(way: Way, stride: float, before_last: bool = False) -> Followed:
         part /= 2
         stride = part * length if first else min(stride, part * length)
         if folded or halved == settings.halvings:
-            # Not even that was tried; from the beginning on, it is how far a state may be found.
+            # If there was none at all, half of the shortest part that was tried may still have one.
             return Followed(way.end, tried, stride, here.share or part, last)
         halved += 1
     return Followed(here.disc, here.analysis, stride, here.share, last)
