@@ -24,6 +24,8 @@ from pneumorph.optimize import (
     Finished,
     MeshKept,
     NotDivided,
+    NotRefined,
+    Refined,
     Remeshed,
     Started,
 )
@@ -113,6 +115,14 @@ class Screen:
                     f"design {event.iteration}: the error of the mesh is {100 * event.share:.2g} %, but elements are "
                     f"not divided: {event.reason}"
                 )
+            case Refined():
+                of = "" if event.shape == event.iteration - 1 else f"with the shape of design {event.shape}, "
+                self.say(
+                    f"design {event.iteration}: {of}from here on with {event.elements} elements of {event.size:g} mm"
+                    f"{part_note(event.part)}: {event.reason}"
+                )
+            case NotRefined():
+                self.say(f"design {event.iteration}: not with elements of the size asked for, {event.reason}")
             case MeshKept():
                 self._note(
                     f"design {event.iteration}: the old mesh is kept with elements of quality {event.quality:.2g}, "

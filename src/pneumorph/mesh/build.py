@@ -35,6 +35,11 @@ class Mesher(Protocol):
     """Meshes all bodies of a run."""
 
     @property
+    def size(self) -> float:
+        """Edge length of the elements, mm."""
+        ...
+
+    @property
     def heights(self) -> Sequence[float]:
         """z of planes across the axis in which nodes stay, mm."""
         ...

@@ -11,6 +11,8 @@ from pneumorph.optimize.events import (
     Finished,
     MeshKept,
     NotDivided,
+    NotRefined,
+    Refined,
     Remeshed,
     Started,
 )
@@ -28,6 +30,8 @@ __all__ = [
     "Finished",
     "MeshKept",
     "NotDivided",
+    "NotRefined",
+    "Refined",
     "Remeshed",
     "Setup",
     "Started",

@@ -43,9 +43,13 @@ class Rejected:
 
 @dataclass(frozen=True)
 class Ended:
-    """The run ends at the current iterate; `reason` is a sentence."""
+    """The run ends at the current iterate; `reason` is a sentence.
+
+    `factorisations` are those of trials since then.
+    """
 
     reason: str
+    factorisations: int = 0
 
 
 Verdict = Rejected | Ended | None
@@ -183,7 +187,7 @@ def _resists_lateral_buckling(tried: Tried) -> Verdict:
 
 def _does_not_intersect_itself(tried: Tried) -> Verdict:
     """Rejects a design whose body intersects itself where the current one does not."""
-    if not _newly_intersects(tried.current.analysis, tried.design.analysis):
+    if not newly_intersects(tried.current.analysis, tried.design.analysis):
         return None
     if tried.region.radius < tried.setup.settings.radius.ordinary:
         return Ended(
@@ -211,7 +215,8 @@ def _apart_at_rest(design: AnalysedDesign) -> bool:
     return contact is None or contact.apart_at_rest(design.analysis.X)
 
 
-def _newly_intersects(before: Analysis, after: Analysis) -> bool:
+def newly_intersects(before: Analysis, after: Analysis) -> bool:
+    """Whether the body of a design intersects itself in a task in which that of another one does not."""
     return any(now and not before.self_intersecting[task] for task, now in after.self_intersecting.items())
 
 
@@ -246,3 +251,16 @@ Case = TypeVar("Case", bound=Attempt)
 def first_objection(tests: Sequence[Callable[[Case], Verdict]], case: Case) -> Verdict:
     """The verdict of the first test that a step does not pass; None if it passes all."""
     return next((verdict for test in tests if (verdict := test(case)) is not None), None)
+
+
+def judged(tried: Tried) -> Verdict:
+    """The verdict on a step that was tried."""
+    return first_objection(ACCEPTANCE_TESTS, tried)
+
+
+def judged_on_larger_elements(tried: Tried) -> Verdict:
+    """The same on elements larger than those asked for: what states stop there, smaller ones have to decide."""
+    verdict = first_objection(ACCEPTANCE_TESTS[:-1], tried)
+    if isinstance(verdict, Rejected):
+        return Ended(f"a step on larger ones was rejected: {verdict.reason}")
+    return verdict or _gains_as_predicted(tried)

@@ -83,6 +83,30 @@ class NotDivided:
 
 
 @dataclass(frozen=True)
+class Refined:
+    """Design `iteration` is on elements of the size asked for, `size` in mm; those before it were on larger ones.
+
+    It has the shape of design `shape`. `elements` are those of the body, or of the `part` of it that is analysed;
+    `reason` is a sentence.
+    """
+
+    iteration: int
+    shape: int
+    size: float
+    elements: int
+    part: Part
+    reason: str
+
+
+@dataclass(frozen=True)
+class NotRefined:
+    """Design `iteration` does not go on with elements of the size asked for; `reason` is a sentence."""
+
+    iteration: int
+    reason: str
+
+
+@dataclass(frozen=True)
 class MeshKept:
     """A poor mesh is kept, since no new one could be made; `reason` is a sentence."""
 
@@ -155,6 +179,8 @@ Event = (
     | Remeshed
     | Divided
     | NotDivided
+    | Refined
+    | NotRefined
     | MeshKept
     | DesignRejected
     | DesignAccepted

@@ -6,7 +6,7 @@ equilibria of the new design; acceptance by actual and predicted gain; a new reg
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -23,10 +23,21 @@ from pneumorph.analysis import (
     thickenings,
 )
 from pneumorph.doing import doing
+from pneumorph.errors import Hopeless
 from pneumorph.limits.kinds.states import MARGIN
-from pneumorph.optimize.acceptance import ACCEPTANCE_TESTS, PROPOSAL_TESTS, Attempt, Ended, Tried, first_objection
+from pneumorph.optimize.acceptance import (
+    PROPOSAL_TESTS,
+    Attempt,
+    Ended,
+    Tried,
+    Verdict,
+    first_objection,
+    judged,
+    judged_on_larger_elements,
+)
 from pneumorph.optimize.castings import renewed
 from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.coarse import coarse_setup, has_served, refined, serves
 from pneumorph.optimize.correction import corrected
 from pneumorph.optimize.events import DesignRejected, Event, Finished, Started
 from pneumorph.optimize.finer import with_finer_mesh
@@ -34,7 +45,7 @@ from pneumorph.optimize.iterate import Iterate, evaluate, looked_at, with_errors
 from pneumorph.optimize.proposal import propose
 from pneumorph.optimize.radius import begin as first_region
 from pneumorph.optimize.radius import next_radius
-from pneumorph.optimize.record import StepRecord, accepted
+from pneumorph.optimize.record import StepRecord, accepted, checkpoint
 from pneumorph.optimize.settings import LoopSettings
 from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.start import begun_from, resumed, start
@@ -67,30 +78,81 @@ def design(
     ComputationError
         When the starting design cannot be brought within its limits, cannot be meshed or has no equilibrium.
     """
-    return optimise(build_setup(problem, settings), state, begin)
+    setup = build_setup(problem, settings)
+    return optimise(setup, state, begin, coarse_setup(setup))
 
 
 def optimise(
-    setup: Setup, state: Mapping[str, Any] | None = None, begin: Mapping[str, Any] | None = None
+    setup: Setup,
+    state: Mapping[str, Any] | None = None,
+    begin: Mapping[str, Any] | None = None,
+    coarse: Setup | None = None,
 ) -> Iterator[Event]:
-    """Run the design loop on any body, mesh and limits; see `design`."""
+    """Run the design loop on any body, mesh and limits; see `design`.
+
+    Parameters
+    ----------
+    setup, state, begin : see `design`.
+    coarse : the same with larger elements, on which the first designs are made if that is worthwhile.
+    """
     clock = Clock()
+    at = coarse if coarse is not None and _begins_on(coarse, state, begin) else setup
     if state is not None:
-        current = resumed(setup, state)
+        current = resumed(at, state)
+    elif begin is not None:
+        current = yield from begun_from(at, begin, clock)
     else:
-        current = yield from (start(setup, clock) if begin is None else begun_from(setup, begin, clock))
-    yield _started(setup, current)
+        try:
+            current = yield from start(at, clock)
+        except Hopeless:
+            if at is setup:
+                raise
+            at = setup
+            current = yield from start(at, clock)
+    yield _started(at, current)
     if state is None:
-        yield accepted(setup, current, StepRecord(current.disc.factorisations, remeshed=False), clock)
+        yield accepted(at, current, StepRecord(current.disc.factorisations, remeshed=False), clock)
+    if at.coarse:
+        current, finer = yield from _on_larger_elements(setup, at, current)
+        setup = at if finer is None else setup
+        current = finer or current
     while True:
         reason = reason_to_stop(setup, current)
-        following = (yield from improve(setup, current)) if reason is None else Ended(reason)
+        following = (yield from improve(setup, current, Clock())) if reason is None else Ended(reason)
         if isinstance(following, Ended):
             finer = None if reason == TIME_IS_UP else (yield from _looked_again(setup, current))
             if finer is None or finer.number == current.number:
                 yield _finished(setup, finer or current, following.reason)
                 return
             following = finer
+        current = following
+
+
+def _begins_on(coarse: Setup, state: Mapping[str, Any] | None, begin: Mapping[str, Any] | None) -> bool:
+    """Whether a run begins, or goes on, on larger elements."""
+    if state is not None:
+        return bool(state.get("coarse", False))
+    return begin is None and serves(coarse)
+
+
+def _on_larger_elements(
+    setup: Setup, coarse: Setup, current: Iterate
+) -> Generator[Event, None, tuple[Iterate, Iterate | None]]:
+    """Designs until larger elements have served: the last one there, and the first one after it on those asked for.
+
+    None where no design is sound there, or there is no time for it.
+    """
+    passed: list[Mapping[str, Any]] = []
+    while True:
+        clock = Clock()
+        reason = reason_to_stop(coarse, current) or has_served(coarse, current)
+        step = improve(coarse, current, clock, judged_on_larger_elements)
+        following = (yield from step) if reason is None else Ended(reason)
+        if isinstance(following, Ended):
+            in_time = following.reason != TIME_IS_UP
+            finer = (yield from refined(setup, coarse, current, passed, following, clock)) if in_time else None
+            return current, finer
+        passed.append(checkpoint(coarse, current))
         current = following
 
 
@@ -112,9 +174,18 @@ def _looked_again(setup: Setup, current: Iterate) -> Generator[Event, None, Iter
     return finer
 
 
-def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | Ended]:
-    """One iteration: steps are tried in smaller and smaller trust regions until one is accepted; the next iterate."""
-    settings, clock, factorisations = setup.settings, Clock(), 0
+def improve(
+    setup: Setup, current: Iterate, clock: Clock, judge: Callable[[Tried], Verdict] = judged
+) -> Generator[Event, None, Iterate | Ended]:
+    """One iteration: steps are tried in smaller and smaller trust regions until one is accepted; the next iterate.
+
+    Parameters
+    ----------
+    setup, current : of the run.
+    clock : counts the time.
+    judge : tells what speaks against a step that was tried.
+    """
+    settings, factorisations = setup.settings, 0
     made = current.disc.factorisations
     current = renewed(setup, current, clock)
     factorisations += current.disc.factorisations - made
@@ -136,7 +207,7 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
             tried = corrected(Tried(setup, current, region, asked, proposal, clock, trial))
             trial, proposal = tried.trial, tried.proposal
             factorisations += trial.factorisations
-            verdict = first_objection(ACCEPTANCE_TESTS, tried)
+            verdict = judge(tried)
             if verdict is None:
                 following = _accept(tried)
                 finer = yield from with_finer_mesh(setup, following, clock)
@@ -146,7 +217,7 @@ def improve(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | 
                 yield accepted(setup, finer, record, clock)
                 return finer
         if isinstance(verdict, Ended):
-            return verdict
+            return replace(verdict, factorisations=factorisations)
         region, current = verdict.region, verdict.current
         if verdict.reason:
             yield DesignRejected(current.number + 1, verdict.reason, region.radius * setup.reference)

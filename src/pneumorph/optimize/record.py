@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from pneumorph.analysis import collect_castings, collect_fields, collect_task_results, compute_sag
 from pneumorph.optimize.clock import Clock
@@ -50,8 +51,13 @@ def accepted(setup: Setup, current: Iterate, record: StepRecord, clock: Clock) -
         body=setup.space.body(current.analysis.phi),
         pressures=current.analysis.pressures,
         fields=collect_fields(current.disc, current.analysis, sag),
-        state=current.pack(),
+        state=checkpoint(setup, current),
     )
+
+
+def checkpoint(setup: Setup, current: Iterate) -> dict[str, Any]:
+    """Arrays and numbers from which a run goes on after a design."""
+    return {**current.pack(), "coarse": setup.coarse}
 
 
 def history_entry(current: Iterate, record: StepRecord, clock: Clock) -> HistoryEntry:

@@ -202,6 +202,30 @@ class TrialSettings:
 
 
 @dataclass(frozen=True)
+class CoarseSettings:
+    """How long a run stays on elements larger than those asked for, see `coarse.py`."""
+
+    factor: float = 1.5
+    """Their size over the one asked for: a third to a quarter as many, with motions some per cent
+    smaller."""
+
+    share: float = 0.75
+    """Of the designs of a run are on them: so many are left to come to the limits on states again."""
+
+    fewest: int = 8
+    """Designs below which a run has none of them: two or three would be left on those asked for."""
+
+    least: int = 900
+    """Larger elements below which there are none: most of the time goes into steps then, and not into states."""
+
+    misfit: float = 0.1
+    """Of the motion that is asked for is what targets may still miss: the mesh decides about less than that."""
+
+    left: float = 6.0
+    """Designs for which there has to be time: the first one on a new mesh takes as long as two or three."""
+
+
+@dataclass(frozen=True)
 class LoopSettings:
     """All settings of the design loop."""
 
@@ -211,6 +235,7 @@ class LoopSettings:
     acceptance: AcceptanceSettings = field(default_factory=AcceptanceSettings)
     stopping: StoppingSettings = field(default_factory=StoppingSettings)
     trial: TrialSettings = field(default_factory=TrialSettings)
+    coarse: CoarseSettings = field(default_factory=CoarseSettings)
     looked_at: bool = True
     """Whether the last design is looked at beyond what designing needs: how it inflates, its rates and margins, the
     error of the mesh and what thicker walls do. On small meshes that takes as long as several designs."""

@@ -58,6 +58,11 @@ class Setup:
         """The reference step Ξ₀, mm."""
         return self.problem.optimizer.step
 
+    @property
+    def coarse(self) -> bool:
+        """Whether elements are larger than those asked for, see `coarse.py`."""
+        return self.mesher.size > self.problem.mesh.size
+
     def discretise(self, body: Body, finest: float, like: TetMesh | None = None) -> Discretisation:
         """Mesh a body, with elements of no size below `finest` in mm, and build its model.
 

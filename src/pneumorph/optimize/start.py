@@ -13,6 +13,7 @@ from pneumorph.doing import doing
 from pneumorph.errors import Hopeless, MeshError
 from pneumorph.limits.report import LimitReading, LimitReport
 from pneumorph.limits.table import BY_NAME
+from pneumorph.mechanics import NoEquilibrium
 from pneumorph.optimize.buckling import judge, recall
 from pneumorph.optimize.castings import begun_robust, carried
 from pneumorph.optimize.clock import Clock
@@ -88,22 +89,34 @@ def begun_from(setup: Setup, state: Mapping[str, Any], clock: Clock) -> Generato
         If the checkpoint does not fit the problem, or its equilibria are not found again.
     """
     with clock.phase("equilibrium"):
-        design = _restored(setup, state)
+        design = restored(setup, state)
     if state.get("on_new_mesh"):
-        design = yield from _on_new_mesh(setup, design, clock)
+        design = yield from _restored_on_new_mesh(setup, design, clock)
     _require_contact(setup.problem, design.disc, design.analysis)
     return (yield from _begun(setup, design, clock))
 
 
-def _on_new_mesh(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generator[Event, None, AnalysedDesign]:
-    """A design on a mesh of the size that is asked for, where it was restored on another one."""
+def on_new_mesh(setup: Setup, design: AnalysedDesign, clock: Clock) -> tuple[Discretisation, Analysis | NoEquilibrium]:
+    """A design analysed on another mesh of the size that is asked for, by the states that it has.
+
+    Raises
+    ------
+    Hopeless
+        If it cannot be meshed.
+    """
     phi = design.analysis.phi
     with clock.phase("geometry"):
         disc = _meshed(setup, phi)
         disc = carried(disc, disc.morph.positions(design.analysis.points), design.disc.castings)
     with clock.phase("equilibrium"):
         starts, most = states_on(Place(design.disc, design.analysis), disc), setup.settings.trial.most_on_new_mesh
-        analysis = analyse(setup.problem, setup.space, disc, phi, starts, most=most)
+        return disc, analyse(setup.problem, setup.space, disc, phi, starts, most=most)
+
+
+def _restored_on_new_mesh(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generator[Event, None, AnalysedDesign]:
+    """A design on a mesh of the size that is asked for, where it was restored on another one."""
+    phi = design.analysis.phi
+    disc, analysis = on_new_mesh(setup, design, clock)
     if not isinstance(analysis, Analysis):
         analysis = yield from _solved(setup, disc, phi, clock)
     with clock.phase("equilibrium"):
@@ -207,10 +220,11 @@ def resumed(setup: Setup, state: Mapping[str, Any]) -> Iterate:
     ProblemError
         If the checkpoint does not fit the problem, or its equilibria are not found again.
     """
-    design = _restored(setup, state)
+    design = restored(setup, state)
     return evaluate(setup, int(state["iteration"]), design, unpack_learnt(setup, state), Clock())
 
 
-def _restored(setup: Setup, state: Mapping[str, Any]) -> AnalysedDesign:
+def restored(setup: Setup, state: Mapping[str, Any]) -> AnalysedDesign:
+    """The design of a checkpoint with its states; see `resumed`."""
     disc, analysis = checkpoint.unpack(setup.problem, setup.space, dict(state), setup.mesher.heights)
     return AnalysedDesign(analysis, disc, setup.certify(analysis.phi), recall(disc, analysis, state))

@@ -203,7 +203,7 @@ def _on_new_mesh(
     with clock.phase("geometry"):
         # Any size of elements, where the mesh does not serve any more.
         sound = worst >= settings.sound
-        finest = min(settings.finer * setup.problem.mesh.size, disc.morph.size) if sound else 0.0
+        finest = min(settings.finer * setup.mesher.size, disc.morph.size) if sound else 0.0
         try:
             new = setup.discretise(setup.space.body(way.phi), finest, like)
         except MeshError as error:

@@ -73,7 +73,8 @@ def _beginning(path: Path, problem: Problem) -> tuple[int, Checkpoint]:
             f"{path}: another part of the body is solved for these tasks; begin with the body at rest, without --begin"
         )
     iteration, state = other.checkpoint()
-    return iteration, {**state, "on_new_mesh": True} if other.problem.mesh.size != problem.mesh.size else state
+    other_size = other.problem.mesh.size != problem.mesh.size or bool(state.get("coarse"))
+    return iteration, {**state, "on_new_mesh": True} if other_size else state
 
 
 def resume(path: str | Path, problem: Problem, begin: str | Path | None = None) -> RunDirectory:
