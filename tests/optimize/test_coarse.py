@@ -1,6 +1,7 @@
 """Runs whose first designs are on elements larger than those asked for."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -19,11 +20,10 @@ from pneumorph.optimize import (
     design,
     loop,
 )
-from pneumorph.optimize.acceptance import Ended
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.coarse import coarse_setup, has_served, refined, serves
 from pneumorph.optimize.iterate import Learnt
-from pneumorph.optimize.record import checkpoint
+from pneumorph.optimize.record import StepRecord, checkpoint
 from pneumorph.optimize.settings import CoarseSettings
 from pneumorph.optimize.setup import build_setup
 from pneumorph.optimize.start import resumed
@@ -41,9 +41,9 @@ iterations = 4
     chambers=(("A", 5, "0 mm", "0 mm"),),
     body='control_density = "0.6 /mm"\nsymmetry = { mirror = ["xz", "yz"] }',
 )
-SMALL = replace(BRIEFLY, coarse=CoarseSettings(share=0.5, fewest=4, least=100))
+SMALL = replace(BRIEFLY, coarse=CoarseSettings(fewest=4, least=100))
 """A body so small that it would have none of the larger elements otherwise."""
-WHY = Ended("a test says so", 3)
+WHY, BEFORE = "a test says so", StepRecord(3, remeshed=True)
 
 
 @pytest.fixture(scope="module")
@@ -74,17 +74,17 @@ def of(kind, events):
 
 
 def test_the_last_designs_are_on_the_elements_asked_for(problem, events):
-    """Half of the designs are on larger ones; then the same shape follows on smaller ones, and steps go on there."""
+    """Three quarters of the designs are on larger ones; then one is analysed on smaller ones, and steps go on there."""
     (change,) = of(Refined, events)
     designs = accepted(events)
     elements = [event.entry.elements for event in designs]
-    assert (change.iteration, change.shape, change.size) == (3, 2, problem.mesh.size)
-    assert of(Started, events)[0].elements == elements[0] == elements[2]
+    assert (change.iteration, change.shape, change.size) == (3, 3, problem.mesh.size)
+    assert of(Started, events)[0].elements == elements[0]
     assert elements[3] == elements[4] == change.elements > 1.5 * elements[0]
-    assert np.array_equal(designs[2].state["phi"], designs[3].state["phi"])
+    assert designs[3].entry.remeshed
+    assert designs[3].entry.step > 0.0
     assert [event.state["coarse"] for event in designs] == [True, True, True, False, False]
-    assert designs[4].entry.objective < designs[3].entry.objective
-    assert designs[3].entry.objective == pytest.approx(designs[2].entry.objective, rel=0.15)
+    assert all(after.entry.objective < before.entry.objective for before, after in pairwise(designs))
     assert events[-1].iteration == 4
 
 
@@ -92,8 +92,8 @@ def test_objectives_of_before_are_those_of_the_elements_asked_for(events):
     """Else a run could take what smaller elements change for what a step gains."""
     designs = accepted(events)
     before, after = designs[2].state["values"], designs[3].state["values"]
-    assert len(after) == len(before)
-    assert np.diff(after) == pytest.approx(np.diff(before), rel=1e-12)
+    assert len(after) == len(before) + 1
+    assert np.diff(after[:-1]) == pytest.approx(np.diff(before), rel=1e-12)
     assert after[-1] == designs[3].entry.objective
 
 
@@ -101,21 +101,23 @@ def test_a_run_goes_on_where_it_was(problem, events):
     """On larger elements, where it was stopped there, with the same designs."""
     designs = accepted(events)
     again = accepted(list(design(problem, designs[1].state, SMALL)))
-    assert [event.entry.elements for event in again] == [event.entry.elements for event in designs[2:]]
-    assert again[-1].entry.objective == pytest.approx(designs[-1].entry.objective, rel=1e-6)
+    assert [event.state["coarse"] for event in again] == [True, False, False]
+    assert again[0].entry.objective == pytest.approx(designs[2].entry.objective, rel=1e-5)
+    # Rounding errors may decide how a body is meshed.
+    assert again[-1].entry.objective == pytest.approx(designs[-1].entry.objective, rel=0.01)
     assert len(accepted(list(design(problem, designs[3].state, SMALL)))) == 1
 
 
 def test_a_shape_that_is_not_sound_on_smaller_elements_is_left(setups, last, monkeypatch):
-    """The one before it follows, in a region as at the start."""
+    """The one before it follows, in a region half as large."""
     setup, larger = setups
     current, passed = last
     asked = iter([True, False])
     monkeypatch.setattr(coarse, "buckles", lambda now, after: next(asked))
-    events, found = followed(refined(setup, larger, current.learning(radius=2.0), passed, WHY, Clock()))
+    events, found = followed(refined(setup, larger, current.learning(radius=2.0), passed, 3, WHY, BEFORE, Clock()))
     (no,), (yes,) = of(NotRefined, events), of(Refined, events)
     assert (no.iteration, no.reason) == (2, "it would buckle laterally")
-    assert (yes.iteration, yes.shape, yes.reason, found.number) == (3, 1, WHY.reason, 3)
+    assert (yes.iteration, yes.shape, yes.reason, found.number) == (3, 1, WHY, 3)
     assert np.array_equal(found.analysis.phi, passed[1]["phi"])
     assert (found.learnt.radius, found.learnt.stride) == (1.0, Learnt.stride)
     assert len(found.learnt.objectives) == 2
@@ -125,7 +127,7 @@ def test_where_no_shape_is_sound_a_run_stays_on_larger_elements(problem, setups,
     setup, larger = setups
     current, passed = last
     monkeypatch.setattr(coarse, "buckles", lambda now, after: True)
-    events, found = followed(refined(setup, larger, current, passed, WHY, Clock()))
+    events, found = followed(refined(setup, larger, current, passed, 3, WHY, BEFORE, Clock()))
     assert found is None
     assert [event.iteration for event in events] == [2, 1]
 
@@ -133,7 +135,7 @@ def test_where_no_shape_is_sound_a_run_stays_on_larger_elements(problem, setups,
         raise MeshError("a test says so")
 
     monkeypatch.setattr(type(setup), "discretise", none)
-    events, found = followed(refined(setup, larger, current, (), WHY, Clock()))
+    events, found = followed(refined(setup, larger, current, (), 3, WHY, BEFORE, Clock()))
     assert found is None
     assert [event.reason for event in events] == ["a test says so"]
 
@@ -161,8 +163,8 @@ def test_a_start_without_a_state_on_larger_elements_begins_on_those_asked_for(pr
 def test_why_larger_elements_have_served(setups, last):
     _, larger = setups
     current = last[0]
-    assert has_served(larger, current) == "50 % of the designs are made"
-    early = replace(current, number=1)
+    late, early = replace(current, number=3), replace(current, number=1)
+    assert has_served(larger, late) == "75 % of the designs are made"
     assert has_served(larger, early) is None
     settings = replace(larger.settings, until=0.0)
     assert has_served(replace(larger, settings=settings), early) == "time is short"

@@ -116,7 +116,8 @@ class Screen:
                     f"not divided: {event.reason}"
                 )
             case Refined():
-                of = "" if event.shape == event.iteration - 1 else f"with the shape of design {event.shape}, "
+                near = event.iteration - 1, event.iteration
+                of = "" if event.shape in near else f"with the shape of design {event.shape}, "
                 self.say(
                     f"design {event.iteration}: {of}from here on with {event.elements} elements of {event.size:g} mm"
                     f"{part_note(event.part)}: {event.reason}"

@@ -17,7 +17,7 @@ from pneumorph.analysis.bodies import mesher_of
 from pneumorph.errors import Hopeless, MeshError, ProblemError
 from pneumorph.limits.limit import ROUNDING
 from pneumorph.mechanics import part_of
-from pneumorph.optimize.acceptance import Ended, newly_intersects
+from pneumorph.optimize.acceptance import newly_intersects
 from pneumorph.optimize.buckling import buckles, rejudge
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.events import Event, NotRefined, Refined
@@ -71,9 +71,16 @@ def has_served(coarse: Setup, current: Iterate) -> str | None:
 
 
 def refined(
-    setup: Setup, coarse: Setup, last: Iterate, passed: Sequence[Checkpoint], ended: Ended, clock: Clock
+    setup: Setup,
+    coarse: Setup,
+    last: Iterate,
+    passed: Sequence[Checkpoint],
+    number: int,
+    reason: str,
+    record: StepRecord,
+    clock: Clock,
 ) -> Generator[Event, None, Iterate | None]:
-    """The last design on larger elements as one on those asked for, or one before it which is sound there.
+    """A design on elements of the size asked for: the last one on larger ones, or one before it which is sound there.
 
     A body on smaller elements is a little softer: it may buckle, or its states may be beyond their limits.
 
@@ -82,15 +89,17 @@ def refined(
     setup, coarse : of the run, with elements of the size asked for and with larger ones.
     last : the last design on larger ones.
     passed : checkpoints of the designs before it, as far as they are known.
-    ended : why it is the last one, with the factorisations of trials after it.
-    clock : counts the time since then.
+    number : of the new design: that of the last one, if this has not been recorded yet, or the next one.
+    reason : why it is the last one, as a sentence.
+    record : how the new design was reached so far.
+    clock : counts the time of it.
 
     Returns
     -------
     Iterate or None
         None where no design is found to be sound.
     """
-    number, spent = last.number + 1, ended.factorisations
+    spent = record.factorisations
     for back, design in _latest_first(coarse, last, passed):
         shape = last.number - back
         found, why, made = _analysed(setup, design, clock)
@@ -102,11 +111,12 @@ def refined(
         earlier = last.learnt.objectives[: -1 - back]
         learnt = replace(last.learnt, objectives=tuple(value + gained for value in earlier))
         if back:
-            learnt = replace(learnt, radius=1.0, stride=Learnt.stride, state_curvature=0.0)
+            shorter = setup.settings.radius.shrink * learnt.radius
+            learnt = replace(learnt, radius=shorter, stride=Learnt.stride, state_curvature=0.0)
         current = evaluate(setup, number, found, learnt, clock)
         model = found.disc.model
-        yield Refined(number, shape, setup.mesher.size, model.elements, model.part, ended.reason)
-        yield accepted(setup, current, StepRecord(spent, remeshed=True), clock)
+        yield Refined(number, shape, setup.mesher.size, model.elements, model.part, reason)
+        yield accepted(setup, current, replace(record, factorisations=spent, remeshed=True), clock)
         return current
     return None
 
@@ -123,7 +133,7 @@ def _latest_first(coarse: Setup, last: Iterate, passed: Sequence[Checkpoint]) ->
 def _analysed(setup: Setup, design: AnalysedDesign, clock: Clock) -> tuple[AnalysedDesign | None, str, int]:
     """A design on elements of the size asked for; None and the reason where it is not sound there; factorisations."""
     try:
-        disc, analysis = on_new_mesh(setup, design, clock)
+        disc, analysis = on_new_mesh(setup, design, setup.settings.coarse.most, clock)
     except Hopeless as error:
         return None, str(error), 0
     if not isinstance(analysis, Analysis):

@@ -118,14 +118,17 @@ def optimise(
         current = finer or current
     while True:
         reason = reason_to_stop(setup, current)
-        following = (yield from improve(setup, current, Clock())) if reason is None else Ended(reason)
+        clock = Clock()
+        following = (yield from improve(setup, current, clock)) if reason is None else Ended(reason)
         if isinstance(following, Ended):
             finer = None if reason == TIME_IS_UP else (yield from _looked_again(setup, current))
             if finer is None or finer.number == current.number:
                 yield _finished(setup, finer or current, following.reason)
                 return
-            following = finer
-        current = following
+            current = finer
+        else:
+            current, record = following
+            yield accepted(setup, current, record, clock)
 
 
 def _begins_on(coarse: Setup, state: Mapping[str, Any] | None, begin: Mapping[str, Any] | None) -> bool:
@@ -144,16 +147,25 @@ def _on_larger_elements(
     """
     passed: list[Mapping[str, Any]] = []
     while True:
-        clock = Clock()
-        reason = reason_to_stop(coarse, current) or has_served(coarse, current)
+        clock, reason = Clock(), reason_to_stop(coarse, current)
         step = improve(coarse, current, clock, judged_on_larger_elements)
         following = (yield from step) if reason is None else Ended(reason)
         if isinstance(following, Ended):
-            in_time = following.reason != TIME_IS_UP
-            finer = (yield from refined(setup, coarse, current, passed, following, clock)) if in_time else None
-            return current, finer
+            if following.reason == TIME_IS_UP:
+                return current, None
+            record, number = StepRecord(following.factorisations, remeshed=True), current.number + 1
+            return current, (
+                yield from refined(setup, coarse, current, passed, number, following.reason, record, clock)
+            )
         passed.append(checkpoint(coarse, current))
-        current = following
+        current, record = following
+        if (reason := has_served(coarse, current)) is not None:
+            finer = yield from refined(setup, coarse, current, passed, current.number, reason, record, clock)
+            if finer is not None:
+                return current, finer
+        yield accepted(coarse, current, record, clock)
+        if reason is not None:
+            return current, None
 
 
 def _looked_again(setup: Setup, current: Iterate) -> Generator[Event, None, Iterate | None]:
@@ -176,7 +188,7 @@ def _looked_again(setup: Setup, current: Iterate) -> Generator[Event, None, Iter
 
 def improve(
     setup: Setup, current: Iterate, clock: Clock, judge: Callable[[Tried], Verdict] = judged
-) -> Generator[Event, None, Iterate | Ended]:
+) -> Generator[Event, None, tuple[Iterate, StepRecord] | Ended]:
     """One iteration: steps are tried in smaller and smaller trust regions until one is accepted; the next iterate.
 
     Parameters
@@ -213,9 +225,7 @@ def improve(
                 finer = yield from with_finer_mesh(setup, following, clock)
                 factorisations += finer.disc.factorisations if finer.disc is not following.disc else 0
                 length = float(np.abs(proposal.change).max())
-                record = StepRecord(factorisations, trial.remeshed, length, tried.ratio, proposal.step.evaluations)
-                yield accepted(setup, finer, record, clock)
-                return finer
+                return finer, StepRecord(factorisations, trial.remeshed, length, tried.ratio, proposal.step.evaluations)
         if isinstance(verdict, Ended):
             return replace(verdict, factorisations=factorisations)
         region, current = verdict.region, verdict.current

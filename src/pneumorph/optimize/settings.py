@@ -221,6 +221,10 @@ class CoarseSettings:
     misfit: float = 0.1
     """Of the motion that is asked for is what targets may still miss: the mesh decides about less than that."""
 
+    most: int = 12
+    """Most factorisations for a task on the smaller ones, to which the state of the same design is carried over: where
+    it is found that takes two to nine, and an earlier shape is nearer than a state that takes many."""
+
     left: float = 6.0
     """Designs for which there has to be time: the first one on a new mesh takes as long as two or three."""
 

@@ -96,8 +96,16 @@ def begun_from(setup: Setup, state: Mapping[str, Any], clock: Clock) -> Generato
     return (yield from _begun(setup, design, clock))
 
 
-def on_new_mesh(setup: Setup, design: AnalysedDesign, clock: Clock) -> tuple[Discretisation, Analysis | NoEquilibrium]:
+def on_new_mesh(
+    setup: Setup, design: AnalysedDesign, most: int, clock: Clock
+) -> tuple[Discretisation, Analysis | NoEquilibrium]:
     """A design analysed on another mesh of the size that is asked for, by the states that it has.
+
+    Parameters
+    ----------
+    setup, design : of the run, and the design on the mesh that it has.
+    most : factorisations for a task.
+    clock : counts the time.
 
     Raises
     ------
@@ -109,14 +117,14 @@ def on_new_mesh(setup: Setup, design: AnalysedDesign, clock: Clock) -> tuple[Dis
         disc = _meshed(setup, phi)
         disc = carried(disc, disc.morph.positions(design.analysis.points), design.disc.castings)
     with clock.phase("equilibrium"):
-        starts, most = states_on(Place(design.disc, design.analysis), disc), setup.settings.trial.most_on_new_mesh
+        starts = states_on(Place(design.disc, design.analysis), disc)
         return disc, analyse(setup.problem, setup.space, disc, phi, starts, most=most)
 
 
 def _restored_on_new_mesh(setup: Setup, design: AnalysedDesign, clock: Clock) -> Generator[Event, None, AnalysedDesign]:
     """A design on a mesh of the size that is asked for, where it was restored on another one."""
     phi = design.analysis.phi
-    disc, analysis = on_new_mesh(setup, design, clock)
+    disc, analysis = on_new_mesh(setup, design, setup.settings.trial.most_on_new_mesh, clock)
     if not isinstance(analysis, Analysis):
         analysis = yield from _solved(setup, disc, phi, clock)
     with clock.phase("equilibrium"):

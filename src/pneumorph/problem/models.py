@@ -414,7 +414,8 @@ class MeshSpec(Table):
     """
 
     size: PositiveLength = 2.0
-    """Desired edge length of the tetrahedra; with `error`, that of the first mesh."""
+    """Desired edge length of the tetrahedra; with `error`, that of the first mesh. The first designs of a run of eight
+    or more may be on tetrahedra half as large again."""
     error: PositiveShare | None = None
     """Largest error of the mesh in the motion of the tip, as estimated: the edge length is chosen for it, and elements
     that contribute most are divided until it is met."""
