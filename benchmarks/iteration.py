@@ -14,7 +14,7 @@ PHASES = ("geometry", "equilibrium", "gradient", "subproblem")
 
 
 def table(path: str) -> None:
-    lines = [line for line in open_run(path).history() if line.step is not None]
+    lines = [line for line in open_run(path).history() if line.iteration > 0]
     print(f"{path}: {len(lines)} designs")
     print(
         f"{'':12s} {'designs':>7s} {'factor.':>8s} {'equiv.':>7s} {'total s':>8s} "

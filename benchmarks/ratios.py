@@ -28,7 +28,7 @@ Ratios = dict[str, dict]
 def ratios(path: Path) -> tuple[str, dict]:
     """The version that a run is of, and its ratios."""
     run = open_run(path)
-    lines = [line for line in run.history() if line.step is not None]
+    lines = [line for line in run.history() if line.iteration > 0]
     whole = sum(line.seconds["total"] for line in lines)
     found = {
         "factorisations": median(line.factorisations for line in lines),

@@ -1,5 +1,7 @@
 """How far ahead a body balloons, estimated from one state: of stiffening rubber, and where a wall is being touched."""
 
+import math
+
 import pytest
 from designing import analysed
 from tiny import tiny
@@ -43,3 +45,11 @@ def test_what_a_wall_stops_does_not_hide_that_the_rest_balloons(pressure):
 def test_rubber_that_stiffens():
     estimate, true = estimated(thin("60 kPa", material=STIFFENING))
     assert 0.4 < (estimate - 1.0) / (true - 1.0) <= 1.0
+
+
+@pytest.mark.parametrize("pressure", ["1e-40 kPa", "1e-160 kPa"])
+def test_what_is_hardly_inflated_is_far_from_ballooning(pressure):
+    """Pressures that are designed may come as near to 0 as numbers can."""
+    _, disc, found = analysed(thin(pressure))
+    at, equilibrium = found.configurations["extend"], found.equilibria["extend"]
+    assert limit_ahead(at, disc.tangents["extend"], equilibrium.state) == math.inf

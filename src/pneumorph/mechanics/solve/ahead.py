@@ -27,6 +27,9 @@ from pneumorph.mechanics.solve.prediction import ENOUGH
 STEP = 1e-5
 """Of the difference quotients: the largest motion of a node, relative to the diagonal of the body."""
 
+FARTHEST = 1e3
+"""Where pressures have to grow by more than this factor for such a motion, no limit point is near."""
+
 
 def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
     """Estimate the factor λ of the pressures at which the path has its next limit point; infinite where none is ahead.
@@ -50,6 +53,8 @@ def limit_ahead(at: Configuration, tangent: Tangent, state: State) -> float:
         rise[at.enclosed.rows(at.model)] = along[size:]
         along = along[:size]
     small = _small(at, vector, along)
+    if small > FARTHEST:
+        return math.inf
 
     def there(share: float) -> Configuration:
         return replace(at, loads=at.loads._replace(pressure=np.asarray(at.loads.pressure) + share * rise))
