@@ -79,7 +79,8 @@ def test_the_last_designs_are_on_the_elements_asked_for(problem, events):
     designs = accepted(events)
     elements = [event.entry.elements for event in designs]
     assert (change.iteration, change.shape, change.size) == (3, 3, problem.mesh.size)
-    assert of(Started, events)[0].elements == elements[0]
+    (begun,) = of(Started, events)
+    assert (begun.elements, begun.larger) == (elements[0], 1.5 * problem.mesh.size)
     assert elements[3] == elements[4] == change.elements > 1.5 * elements[0]
     assert designs[3].entry.remeshed
     assert designs[3].entry.step > 0.0

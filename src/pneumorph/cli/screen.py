@@ -154,6 +154,8 @@ class Screen:
             f"{event.variables} variables, {event.elements} {event.element} elements, {event.dofs} degrees of freedom"
             + part_note(event.part)
         )
+        if event.larger is not None:
+            self.say(f"elements of {event.larger:g} mm at first, and of the size asked for in the last designs")
         self._print(heading(self._columns))
         self._status = Text(f"design {event.iteration + 1} of {event.iterations}")
 

@@ -15,12 +15,13 @@ from pneumorph.symmetry.part import Part
 class Started:
     """The loop begins; after design `iteration` if it was resumed.
 
-    `part` of the body is analysed.
+    `part` of the body is analysed. Where it begins on larger elements than asked for, `larger` is their size in mm.
     """
 
     iteration: int
     iterations: int
     variables: int
+    larger: float | None
     elements: int
     element: str
     dofs: int

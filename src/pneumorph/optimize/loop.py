@@ -256,6 +256,7 @@ def _started(setup: Setup, current: Iterate) -> Started:
         iteration=current.number,
         iterations=setup.problem.optimizer.iterations,
         variables=setup.space.n,
+        larger=setup.mesher.size if setup.coarse else None,
         elements=model.elements,
         element=model.element,
         dofs=model.size,
