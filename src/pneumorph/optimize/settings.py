@@ -216,8 +216,8 @@ class CoarseSettings:
     """Designs below which a run has none of them: two or three would be left on those asked for."""
 
     least: int = 1500
-    """Larger elements below which there are none: most of the time goes into steps then, and not into states, and steps
-    on so few elements gain less of what they could. On 1,191 of them `twisting` is at 225° after 25 designs, not 279°."""
+    """Larger elements below which there are none: most of the time goes into steps then, not into states, and on so few
+    elements steps gain less than they could. On 1,191 of them `twisting` is at 225° after 25 designs, not 279°."""
 
     misfit: float = 0.1
     """Of the motion that is asked for is what targets may still miss: the mesh decides about less than that."""
