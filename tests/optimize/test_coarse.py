@@ -8,7 +8,7 @@ import pytest
 from designing import BRIEFLY, accepted
 from texts import EXTEND, problem_text
 
-from pneumorph.errors import Hopeless, MeshError
+from pneumorph.errors import Hopeless, MeshError, ProblemError
 from pneumorph.optimize import (
     DesignAccepted,
     Finished,
@@ -131,6 +131,14 @@ def test_where_no_shape_is_sound_a_run_stays_on_larger_elements(problem, setups,
     events, found = followed(refined(setup, larger, current, passed, 3, WHY, BEFORE, Clock()))
     assert found is None
     assert [event.iteration for event in events] == [2, 1]
+
+    def lost(setup, state):
+        raise ProblemError("a test says so")
+
+    monkeypatch.setattr(coarse, "restored", lost)
+    events, found = followed(refined(setup, larger, current, passed, 3, WHY, BEFORE, Clock()))
+    assert found is None
+    assert [event.iteration for event in events] == [2]
 
     def none(setup, body, finest, like=None):
         raise MeshError("a test says so")

@@ -126,7 +126,11 @@ def _latest_first(coarse: Setup, last: Iterate, passed: Sequence[Checkpoint]) ->
     yield 0, last.design
     back = 1
     while back <= len(passed):
-        yield back, restored(coarse, passed[-back])
+        try:
+            design = restored(coarse, passed[-back])
+        except ProblemError:  # Its states are not found again.
+            return
+        yield back, design
         back = 2 * back + 1
 
 
