@@ -19,13 +19,14 @@ from pneumorph.optimize import (
     coarse,
     design,
     loop,
+    trial,
 )
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.coarse import coarse_setup, has_served, refined, serves
 from pneumorph.optimize.iterate import Learnt
 from pneumorph.optimize.record import StepRecord, checkpoint
 from pneumorph.optimize.settings import CoarseSettings
-from pneumorph.optimize.setup import build_setup
+from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.start import resumed
 from pneumorph.problem import loads
 
@@ -201,6 +202,23 @@ def test_smaller_elements_decide_what_stops_a_step(problem, monkeypatch):
     assert (change.iteration, change.shape) == (1, 0)
     assert change.reason == "a step on larger ones was rejected: it would buckle laterally"
     assert [event.state["coarse"] for event in designs] == [True, False]
+
+
+def test_no_mesh_of_larger_elements_is_finer_than_asked_for(setups, last, monkeypatch):
+    """Where larger ones do not mesh a body, those asked for are to do that."""
+    asked, discretise = [], Setup.discretise
+
+    def recorded(setup, body, finest, like=None):
+        asked.append(finest)
+        return discretise(setup, body, finest, like)
+
+    monkeypatch.setattr(trial, "needs_remesh", lambda morph, points: "a test says so")
+    monkeypatch.setattr(trial, "quality", lambda disc, points: 0.01)
+    monkeypatch.setattr(Setup, "discretise", recorded)
+    now = last[0].design
+    for setup in setups:
+        list(trial.analyse_trial(setup, 3, now, now.analysis.phi + 1e-3, 3.0, Clock()))
+    assert asked == [0.0, setups[0].problem.mesh.size]
 
 
 @pytest.mark.parametrize(

@@ -204,6 +204,8 @@ def _on_new_mesh(
         # Any size of elements, where the mesh does not serve any more.
         sound = worst >= settings.sound
         finest = min(settings.finer * setup.mesher.size, disc.morph.size) if sound else 0.0
+        if setup.coarse:
+            finest = max(finest, setup.problem.mesh.size)
         try:
             new = setup.discretise(setup.space.body(way.phi), finest, like)
         except MeshError as error:
