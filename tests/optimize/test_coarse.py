@@ -28,6 +28,7 @@ from pneumorph.optimize.record import StepRecord, checkpoint
 from pneumorph.optimize.settings import CoarseSettings
 from pneumorph.optimize.setup import Setup, build_setup
 from pneumorph.optimize.start import resumed
+from pneumorph.optimize.stopping import conclusion
 from pneumorph.problem import loads
 
 FILE = problem_text(
@@ -121,6 +122,7 @@ def test_a_shape_that_is_not_sound_on_smaller_elements_is_left(setups, last, mon
     assert (no.iteration, no.reason) == (2, "it would buckle laterally")
     assert (yes.iteration, yes.shape, yes.reason, found.number) == (3, 1, WHY, 3)
     assert np.array_equal(found.analysis.phi, passed[1]["phi"])
+    assert "larger" not in conclusion(setup, found, "", {"extend": True})
     assert (found.learnt.radius, found.learnt.stride) == (1.0, Learnt.stride)
     assert len(found.learnt.objectives) == 2
 
@@ -152,8 +154,10 @@ def test_where_no_shape_is_sound_a_run_stays_on_larger_elements(problem, setups,
 
 def test_a_run_goes_on_with_larger_elements_where_it_has_to(problem, monkeypatch, events):
     monkeypatch.setattr(loop, "refined", lambda *given: iter(()))
-    found = accepted(list(design(problem, accepted(events)[2].state, SMALL)))
+    following = list(design(problem, accepted(events)[2].state, SMALL))
+    found = accepted(following)
     assert [event.iteration for event in found] == [3, 4]
+    assert "its elements are larger than those asked for" in following[-1].reason
     assert all(event.state["coarse"] for event in found)
 
 

@@ -235,14 +235,16 @@ def _gains_as_predicted(tried: Tried) -> Verdict:
 PROPOSAL_TESTS = (_within_shape_limits, _predicts_a_gain, _promises_enough)
 """Before a trial: they cost nothing."""
 
-ACCEPTANCE_TESTS = (
+STATE_TESTS = (
     _has_equilibria,
     _satisfies_state_limits,
     _resists_lateral_buckling,
     _does_not_intersect_itself,
     _leaves_obstacles_their_room,
-    _gains_as_predicted,
 )
+"""After it, of what depends on the mesh most."""
+
+ACCEPTANCE_TESTS = (*STATE_TESTS, _gains_as_predicted)
 """After it. The later ones rely on what the earlier ones have ascertained."""
 
 Case = TypeVar("Case", bound=Attempt)
@@ -260,7 +262,7 @@ def judged(tried: Tried) -> Verdict:
 
 def judged_on_larger_elements(tried: Tried) -> Verdict:
     """The same on elements larger than those asked for: what states stop there, smaller ones have to decide."""
-    verdict = first_objection(ACCEPTANCE_TESTS[:-1], tried)
+    verdict = first_objection(STATE_TESTS, tried)
     if isinstance(verdict, Rejected):
         return Ended(f"a step on larger ones was rejected: {verdict.reason}")
     return verdict or _gains_as_predicted(tried)

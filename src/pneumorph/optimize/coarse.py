@@ -26,6 +26,7 @@ from pneumorph.optimize.record import StepRecord, accepted
 from pneumorph.optimize.setup import Setup
 from pneumorph.optimize.start import on_new_mesh, restored
 from pneumorph.optimize.states import worst_state
+from pneumorph.optimize.stopping import missed_by_less
 
 Checkpoint = Mapping[str, Any]
 
@@ -57,11 +58,10 @@ def serves(coarse: Setup) -> bool:
 
 def has_served(coarse: Setup, current: Iterate) -> str | None:
     """Why the larger elements have served with this design, as a sentence; None where designs go on with them."""
-    settings, problem, objectives = coarse.settings.coarse, coarse.problem, current.learnt.objectives
+    settings, problem = coarse.settings.coarse, coarse.problem
     if current.number >= settings.share * problem.optimizer.iterations:
         return f"{100 * settings.share:.0f} % of the designs are made"
-    aimed = objectives and all(task.objective.aimed for task in problem.task)
-    if aimed and objectives[-1] <= settings.misfit**2 * current.learnt.first:
+    if missed_by_less(coarse, current, settings.misfit):
         return "the targets are near"
     if current.disc.morph.size <= problem.mesh.size:
         return "larger ones would not mesh this body"
@@ -107,6 +107,8 @@ def refined(
         if found is None:
             yield NotRefined(shape, why)
             continue
+        if back:
+            record = StepRecord(spent, remeshed=True)
         gained = found.analysis.value - design.analysis.value
         earlier = last.learnt.objectives[: -1 - back]
         learnt = replace(last.learnt, objectives=tuple(value + gained for value in earlier))

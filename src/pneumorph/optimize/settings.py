@@ -206,21 +206,21 @@ class CoarseSettings:
     """How long a run stays on elements larger than those asked for, see `coarse.py`."""
 
     factor: float = 1.5
-    """Their size over the one asked for: a third to a quarter as many, with motions some per cent
-    smaller."""
+    """Their size over the one asked for. There are a third to a quarter as many; motions are some per cent smaller."""
 
     share: float = 0.75
-    """Of the designs of a run are on them: so many are left to come to the limits on states again."""
+    """Share of a run's designs that are on them. The others come near the limits on states again, which depend on the
+    mesh."""
 
     fewest: int = 8
-    """Designs below which a run has none of them: two or three would be left on those asked for."""
+    """Runs of fewer designs have none of them, since hardly any would be left on those asked for."""
 
     least: int = 1500
     """Larger elements below which there are none: most of the time goes into steps then, not into states, and on so few
     elements steps gain less than they could. On 1,191 of them `twisting` is at 225° after 25 designs, not 279°."""
 
     misfit: float = 0.1
-    """Of the motion that is asked for is what targets may still miss: the mesh decides about less than that."""
+    """Share of what targets were missed by at first, below which smaller elements decide."""
 
     most: int = 12
     """Most factorisations for a task on the smaller ones, to which the state of the same design is carried over: where

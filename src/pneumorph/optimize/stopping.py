@@ -36,10 +36,15 @@ def _targets_reached(setup: Setup, current: Iterate) -> str | None:
 
 def reached(setup: Setup, current: Iterate) -> bool:
     """Whether every task has a target, and all are reached as nearly as anybody can tell."""
+    return missed_by_less(setup, current, setup.settings.stopping.reached)
+
+
+def missed_by_less(setup: Setup, current: Iterate, share: float) -> bool:
+    """Whether every task has a target, and all are missed by less than a share of what they were missed by at first."""
     objectives = current.learnt.objectives
     if not objectives or not all(task.objective.aimed for task in setup.problem.task):
         return False
-    return objectives[-1] <= setup.settings.stopping.reached**2 * current.learnt.first
+    return objectives[-1] <= share**2 * current.learnt.first
 
 
 def _optimal(setup: Setup, current: Iterate) -> str | None:
@@ -87,6 +92,8 @@ def conclusion(setup: Setup, last: Iterate, reason: str, is_stable: Mapping[str,
     if last.optimality > setup.settings.stopping.optimality and not reached(setup, last):
         left = 100 * last.optimality
         reason += f"; more designs may improve it, as the limits leave {left:.0f} % of the objective's gradient"
+    if setup.coarse:
+        reason += "; its elements are larger than those asked for, with which no design was found"
     if last.states.violated:
         worst = int(last.states.value.argmax())
         reason += f"; it is {100 * last.states.worst():.1f} % beyond limits.{last.states.limits[worst].name}"
