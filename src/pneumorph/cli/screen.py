@@ -123,9 +123,7 @@ class Screen:
                     f"{part_note(event.part)}: {event.reason}"
                 )
             case NotRefined():
-                self.say(
-                    f"design {event.iteration} does not go on with elements of the size asked for: {event.reason}"
-                )
+                self.say(f"design {event.iteration} does not go on with elements of the size asked for: {event.reason}")
             case MeshKept():
                 self._note(
                     f"design {event.iteration}: the old mesh is kept with elements of quality {event.quality:.2g}, "
