@@ -14,6 +14,7 @@ from pneumorph.optimize import (
     Finished,
     NotRefined,
     Refined,
+    Served,
     Started,
     acceptance,
     coarse,
@@ -118,9 +119,10 @@ def test_a_shape_that_is_not_sound_on_smaller_elements_is_left(setups, last, mon
     asked = iter([True, False])
     monkeypatch.setattr(coarse, "buckles", lambda now, after: next(asked))
     events, found = followed(refined(setup, larger, current.learning(radius=2.0), passed, 3, WHY, BEFORE, Clock()))
-    (no,), (yes,) = of(NotRefined, events), of(Refined, events)
+    (why,), (no,), (yes,) = of(Served, events), of(NotRefined, events), of(Refined, events)
+    assert (why.iteration, why.reason) == (2, WHY)
     assert (no.iteration, no.reason) == (2, "it would buckle laterally")
-    assert (yes.iteration, yes.shape, yes.reason, found.number) == (3, 1, WHY, 3)
+    assert (yes.iteration, yes.shape, found.number) == (3, 1, 3)
     assert np.array_equal(found.analysis.phi, passed[1]["phi"])
     assert "larger" not in conclusion(setup, found, "", {"extend": True})
     assert (found.learnt.radius, found.learnt.stride) == (1.0, Learnt.stride)
@@ -133,7 +135,7 @@ def test_where_no_shape_is_sound_a_run_stays_on_larger_elements(problem, setups,
     monkeypatch.setattr(coarse, "buckles", lambda now, after: True)
     events, found = followed(refined(setup, larger, current, passed, 3, WHY, BEFORE, Clock()))
     assert found is None
-    assert [event.iteration for event in events] == [2, 1]
+    assert [event.iteration for event in events] == [2, 2, 1]
 
     def lost(setup, state):
         raise ProblemError("a test says so")
@@ -141,7 +143,7 @@ def test_where_no_shape_is_sound_a_run_stays_on_larger_elements(problem, setups,
     monkeypatch.setattr(coarse, "restored", lost)
     events, found = followed(refined(setup, larger, current, passed, 3, WHY, BEFORE, Clock()))
     assert found is None
-    assert [event.iteration for event in events] == [2]
+    assert [event.iteration for event in events] == [2, 2]
 
     def none(setup, body, finest, like=None):
         raise MeshError("a test says so")
@@ -149,7 +151,7 @@ def test_where_no_shape_is_sound_a_run_stays_on_larger_elements(problem, setups,
     monkeypatch.setattr(type(setup), "discretise", none)
     events, found = followed(refined(setup, larger, current, (), 3, WHY, BEFORE, Clock()))
     assert found is None
-    assert [event.reason for event in events] == ["a test says so"]
+    assert [event.reason for event in events] == [WHY, "a test says so"]
 
 
 def test_a_run_goes_on_with_larger_elements_where_it_has_to(problem, monkeypatch, events):
@@ -197,14 +199,15 @@ def test_smaller_elements_decide_what_stops_a_step(problem, monkeypatch):
     """A step that is rejected for its states ends the larger elements."""
     monkeypatch.setattr(acceptance, "buckles", lambda now, after: True)
     following = design(problem, settings=SMALL)
-    designs, change = [], None
+    designs, change, why = [], None, None
     for event in following:
         change = event if isinstance(event, Refined) else change
+        why = event if isinstance(event, Served) else why
         designs += accepted([event])
         if len(designs) == 2:
             break
     assert (change.iteration, change.shape) == (1, 0)
-    assert change.reason == "a step on larger ones was rejected: it would buckle laterally"
+    assert why.reason == "a step on larger ones was rejected: it would buckle laterally"
     assert [event.state["coarse"] for event in designs] == [True, False]
 
 

@@ -27,6 +27,7 @@ from pneumorph.optimize import (
     NotRefined,
     Refined,
     Remeshed,
+    Served,
     Started,
 )
 from pneumorph.optimize.prospects import backwards
@@ -115,12 +116,14 @@ class Screen:
                     f"design {event.iteration}: the error of the mesh is {100 * event.share:.2g} %, but elements are "
                     f"not divided: {event.reason}"
                 )
+            case Served():
+                self.say(f"design {event.iteration} is the last on larger elements: {event.reason}")
             case Refined():
                 near = event.iteration - 1, event.iteration
                 of = "" if event.shape in near else f"with the shape of design {event.shape}, "
                 self.say(
                     f"design {event.iteration}: {of}from here on with {event.elements} elements of {event.size:g} mm"
-                    f"{part_note(event.part)}: {event.reason}"
+                    f"{part_note(event.part)}"
                 )
             case NotRefined():
                 self.say(f"design {event.iteration} does not go on with elements of the size asked for: {event.reason}")
@@ -155,7 +158,7 @@ class Screen:
             + part_note(event.part)
         )
         if event.larger is not None:
-            self.say(f"elements of {event.larger:g} mm at first, and of the size asked for in the last designs")
+            self.say(f"elements of {event.larger:g} mm at first, to save time; the last designs have those asked for")
         self._print(heading(self._columns))
         self._status = Text(f"design {event.iteration + 1} of {event.iterations}")
 

@@ -14,6 +14,7 @@ from pneumorph.optimize.events import (
     NotRefined,
     Refined,
     Remeshed,
+    Served,
     Started,
 )
 from pneumorph.optimize.loop import design, optimise
@@ -33,6 +34,7 @@ __all__ = [
     "NotRefined",
     "Refined",
     "Remeshed",
+    "Served",
     "Setup",
     "Started",
     "build_setup",

@@ -84,11 +84,18 @@ class NotDivided:
 
 
 @dataclass(frozen=True)
+class Served:
+    """Design `iteration` is the last on larger elements than asked for, as `reason` says in a sentence."""
+
+    iteration: int
+    reason: str
+
+
+@dataclass(frozen=True)
 class Refined:
     """Design `iteration` is on elements of the size asked for, `size` in mm; those before it were on larger ones.
 
-    It has the shape of design `shape`. `elements` are those of the body, or of the `part` of it that is analysed;
-    `reason` is a sentence.
+    It has the shape of design `shape`. `elements` are those of the body, or of the `part` of it that is analysed.
     """
 
     iteration: int
@@ -96,7 +103,6 @@ class Refined:
     size: float
     elements: int
     part: Part
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -180,6 +186,7 @@ Event = (
     | Remeshed
     | Divided
     | NotDivided
+    | Served
     | Refined
     | NotRefined
     | MeshKept
