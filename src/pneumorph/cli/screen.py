@@ -117,7 +117,7 @@ class Screen:
                     f"not divided: {event.reason}"
                 )
             case Served():
-                self.say(f"design {event.iteration} is the last on larger elements: {event.reason}")
+                self.say(f"larger elements have served with design {event.iteration}: {event.reason}")
             case Refined():
                 near = event.iteration - 1, event.iteration
                 of = "" if event.shape in near else f"with the shape of design {event.shape}, "

@@ -85,7 +85,7 @@ class NotDivided:
 
 @dataclass(frozen=True)
 class Served:
-    """Design `iteration` is the last on larger elements than asked for, as `reason` says in a sentence."""
+    """Larger elements than asked for have served with design `iteration`; `reason` is a sentence."""
 
     iteration: int
     reason: str
