@@ -12,8 +12,13 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from pneumorph.errors import ComputationError
+
 SYMMETRIC_INDEFINITE = -2
 """PARDISO's number of this type of matrix, real."""
+
+NO_MEMORY = -2
+"""Its error where there is not enough memory."""
 
 IPARM = {1: 1, 2: 2, 8: 0, 10: 8, 21: 1}
 """PARDISO's parameters: its defaults (nested dissection, Bunch–Kaufman pivots, perturbed below 1e-8), but iterative
@@ -67,14 +72,17 @@ class Pardiso:
 
     def _call(self, phase: int, rhs: np.ndarray) -> np.ndarray:
         self._solver.set_phase(phase)
-        return self._solver._call_pardiso(self._matrix, rhs)
+        try:
+            return self._solver._call_pardiso(self._matrix, rhs)
+        except self._error as error:
+            if error.value == NO_MEMORY:
+                why = "the mesh has too many elements for the memory that there is; make mesh.size larger"
+                raise ComputationError(why) from error
+            raise SingularMatrix(str(error)) from error
 
     def refactorise(self, data: np.ndarray) -> None:
         self._matrix.data[:] = data
-        try:
-            self._call(22, self._zero)
-        except self._error as error:
-            raise SingularMatrix(str(error)) from error
+        self._call(22, self._zero)
         self.negative_pivots = int(self._solver.get_iparm(23))
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
