@@ -79,6 +79,12 @@ def thin_bellows() -> Body:
 
 
 @pytest.fixture(scope="session")
+def parallel_folds() -> Body:
+    """Folds of the exterior and of the chamber at the same heights, with walls of 2.8 mm across the axis."""
+    return shaped(plain(), lambda z: 8 + 2.5 * wave(z), lambda z: 5.2 + 2.5 * wave(z))
+
+
+@pytest.fixture(scope="session")
 def tube() -> Body:
     return plain()
 

@@ -72,6 +72,17 @@ def test_deep_folds(name: str, request: pytest.FixtureRequest) -> None:
     check(body, mesh_body(body, 2.5), 0.02)
 
 
+def test_nodes_slide_before_a_finer_mesh_is_tried(parallel_folds: Body, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without that there is none of this size."""
+    morph = mesh_body(parallel_folds, 4.0)
+    assert morph.size == 4.0
+    check(parallel_folds, morph, 0.02)
+    monkeypatch.setattr("pneumorph.mesh.build.slide", lambda morph, _: morph)
+    monkeypatch.setattr("pneumorph.mesh.build._FINER", (1.0,))
+    with pytest.raises(MeshError, match="quality"):
+        mesh_body(parallel_folds, 4.0)
+
+
 def test_touching_walls_are_refused_in_a_sentence(tube: Body) -> None:
     points = tube.control_points().copy()
     points[tube.slices[1], :2] *= 2.2

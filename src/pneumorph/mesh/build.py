@@ -16,6 +16,7 @@ from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.quality import scaled_jacobian
 from pneumorph.mesh.relax import relax
+from pneumorph.mesh.slide import slide
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.mesh.volume import fill
 
@@ -27,6 +28,9 @@ DECIMALS = 6
 the mesh, which is moved to the exact surfaces afterwards."""
 _WORST = 0.02
 """Quality (see `scaled_jacobian`) below which a mesh is rejected."""
+_POOR = 0.15
+"""Quality below which nodes slide along surfaces, too: a few elements would else ask for a finer mesh everywhere, now
+or after a design or two."""
 _FLAT = 1e-9
 """Quality, of either sign, below which an element with straight edges counts as flat."""
 
@@ -120,12 +124,17 @@ def mesh_within(
             reason = error
             continue
         result = relax(build_morph(straight, B, offset, exact, finer * size, boundary.param, heights), exact)
-        result = replace(result, mesh=result.at(exact))
-        worst = scaled_jacobian(result.mesh.points, result.mesh.tets).min()
-        if worst > _WORST:
-            return result
+        if _quality(result, exact) < _POOR:
+            result = slide(result, exact)
+        if (worst := _quality(result, exact)) > _WORST:
+            return replace(result, mesh=result.at(exact))
         reason = MeshError(f"the mesh has an element of quality {worst:.2g}")
     raise MeshError(f"{reason}; surfaces may touch, or the mesh size of {size:g} mm may be too coarse for the walls")
+
+
+def _quality(morph: Morph, P: np.ndarray) -> float:
+    """Quality of the worst element at the control points P (n_points, 3)."""
+    return float(scaled_jacobian(morph.positions(P), morph.mesh.tets).min())
 
 
 @dataclass(frozen=True)
