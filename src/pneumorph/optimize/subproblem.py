@@ -43,6 +43,10 @@ class ProgramSettings:
     """Each program may move the step this fraction as far as the one before. Without it the limits on curvature, which
     linear rows underestimate, are exceeded again each time."""
 
+    lost: float = 1000.0
+    """c of a limit from which no program leads back, for an area element is about to vanish: the motion to there is
+    halved. Tens are common where most of a bellows is at its limits, and hundreds are gone after two programs."""
+
     accuracy: float = 1e-3
     """Change of the raw step at which iterations end, as a part of how far a program may move it, and programs, as a
     part of the radius."""
@@ -112,12 +116,20 @@ class SequentialQuadratic:
         # Beginning with the step before promises some per cent more, but shapes become rough: they gain less, and the
         # meshes of some fail.
         z, multipliers, places = np.zeros(space.n), self.multipliers.copy(), None
-        number = 0
+        number, last = 0, z
         for number in range(PROGRAM.programs):
             counted("program")
             room = PROGRAM.narrowing**number * radius
-            change = self.smooth.apply(z)
-            linear = linear_limits(space, self.limits, phi + change, PROGRAM.approach * room, PROGRAM.least, places)
+            reach = PROGRAM.approach * room
+            while True:
+                change = self.smooth.apply(z)
+                linear = linear_limits(space, self.limits, phi + change, reach, PROGRAM.least, places)
+                short = np.abs(z - last).max() <= PROGRAM.accuracy * radius
+                if short or linear.excess().max(initial=0.0) <= PROGRAM.lost:
+                    break
+                # The step before it was not lost.
+                z = 0.5 * (last + z)
+            last = z
             rows, jacobian, places = linear.rows, linear.jacobian, linear.rows.places
             # The rows of a kind in a cell share its multiplier.
             sharing = np.zeros_like(multipliers)
