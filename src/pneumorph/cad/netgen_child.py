@@ -297,7 +297,10 @@ def _mesh(points: np.ndarray, triangles: np.ndarray) -> Any:
 
 def _arrays(mesh: Any) -> tuple[np.ndarray, np.ndarray]:
     """Points and positively oriented corners, copied because Netgen's arrays are freed with its mesh."""
-    tets = mesh.Elements3D().NumPy()["nodes"][:, :4].astype(np.int64) - 1
+    elements = mesh.Elements3D().NumPy()["nodes"]
+    if not len(elements):
+        raise RuntimeError("Netgen found none")
+    tets = elements[:, :4].astype(np.int64) - 1
     return np.array(mesh.Coordinates()), tets[:, [0, 2, 1, 3]]
 
 
