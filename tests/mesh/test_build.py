@@ -72,15 +72,18 @@ def test_deep_folds(name: str, request: pytest.FixtureRequest) -> None:
     check(body, mesh_body(body, 2.5), 0.02)
 
 
-def test_nodes_slide_before_a_finer_mesh_is_tried(parallel_folds: Body, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without that there is none of this size."""
-    morph = mesh_body(parallel_folds, 4.0)
-    assert morph.size == 4.0
-    check(parallel_folds, morph, 0.02)
-    monkeypatch.setattr("pneumorph.mesh.build.slide", lambda morph, _: morph)
+@pytest.mark.parametrize("few", [0.05, 0.001])
+def test_where_few_elements_are_at_fault_nodes_slide(
+    few: float, parallel_folds: Body, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One in eighty is: a mesh of the size that is asked for is found if that counts as few, and else none."""
+    monkeypatch.setattr("pneumorph.mesh.build._FEW", few)
     monkeypatch.setattr("pneumorph.mesh.build._FINER", (1.0,))
-    with pytest.raises(MeshError, match="quality"):
-        mesh_body(parallel_folds, 4.0)
+    if few < 0.01:
+        with pytest.raises(MeshError, match="quality"):
+            mesh_body(parallel_folds, 4.0)
+    else:
+        check(parallel_folds, mesh_body(parallel_folds, 4.0), 0.02)
 
 
 def test_touching_walls_are_refused_in_a_sentence(tube: Body) -> None:

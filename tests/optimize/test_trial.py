@@ -181,8 +181,10 @@ def test_where_elements_fold_on_the_way_its_rest_is_one_part(start, monkeypatch)
     assert isinstance(follow(ahead, 0.5 * ahead.length).found, NoEquilibrium) and asked == [1]
 
 
-def test_nodes_slide_along_surfaces_before_a_new_mesh_is_made(start):
+def test_nodes_slide_along_surfaces_before_a_new_mesh_is_made(start, monkeypatch):
     """Where those inside are not enough, and the state found on the way is that from rest."""
+    # Not for edges along which surfaces turn by much, which sliding does not help.
+    monkeypatch.setattr(trial, "needs_remesh", poor)
     setup, now = start
     space = setup.space
     phi = space.start + 0.9 * np.random.default_rng(1).normal(size=space.n)

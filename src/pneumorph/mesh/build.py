@@ -28,9 +28,9 @@ DECIMALS = 6
 the mesh, which is moved to the exact surfaces afterwards."""
 _WORST = 0.02
 """Quality (see `scaled_jacobian`) below which a mesh is rejected."""
-_POOR = 0.15
-"""Quality below which nodes slide along surfaces, too: a few elements would else ask for a finer mesh everywhere, now
-or after a design or two."""
+_FEW = 1e-3
+"""Share of elements below that quality up to which nodes slide along surfaces: smaller elements everywhere would cost
+far more. Where more are at fault the surfaces are too coarse, and nodes that slide would change the body."""
 _FLAT = 1e-9
 """Quality, of either sign, below which an element with straight edges counts as flat."""
 
@@ -124,17 +124,18 @@ def mesh_within(
             reason = error
             continue
         result = relax(build_morph(straight, B, offset, exact, finer * size, boundary.param, heights), exact)
-        if _quality(result, exact) < _POOR:
+        at_fault = np.count_nonzero(_quality(result, exact) <= _WORST)
+        if 0 < at_fault <= _FEW * len(result.mesh.tets):
             result = slide(result, exact)
-        if (worst := _quality(result, exact)) > _WORST:
+        if (worst := _quality(result, exact).min()) > _WORST:
             return replace(result, mesh=result.at(exact))
         reason = MeshError(f"the mesh has an element of quality {worst:.2g}")
     raise MeshError(f"{reason}; surfaces may touch, or the mesh size of {size:g} mm may be too coarse for the walls")
 
 
-def _quality(morph: Morph, P: np.ndarray) -> float:
-    """Quality of the worst element at the control points P (n_points, 3)."""
-    return float(scaled_jacobian(morph.positions(P), morph.mesh.tets).min())
+def _quality(morph: Morph, P: np.ndarray) -> np.ndarray:
+    """Quality of the elements (M,) at the control points P (n_points, 3)."""
+    return scaled_jacobian(morph.positions(P), morph.mesh.tets)
 
 
 @dataclass(frozen=True)
