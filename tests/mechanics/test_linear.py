@@ -46,9 +46,9 @@ def test_it_solves_and_counts_negative_pivots(build, negative, columns):
 def test_what_the_library_says_is_told(number, error, monkeypatch):
     pytest.importorskip("pypardiso", reason="pypardiso is not installed", exc_type=ImportError)
     factor = Pardiso(np.array([0, 1, 2]), np.array([0, 1]))
-
     failing = Mock(side_effect=factor._error(number))
     monkeypatch.setattr(factor._solver, "_call_pardiso", failing)
     with pytest.raises(error, match=r"mesh\.size" if number == NO_MEMORY else "-4"):
         factor.refactorise(np.ones(2))
+    # It is called once more where the memory is freed.
     monkeypatch.undo()

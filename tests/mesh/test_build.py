@@ -73,7 +73,7 @@ def test_deep_folds(name: str, request: pytest.FixtureRequest) -> None:
 
 
 @pytest.mark.parametrize("few", [0.05, 0.001])
-def test_where_few_elements_are_at_fault_nodes_slide(
+def test_where_few_elements_are_poor_nodes_slide(
     few: float, parallel_folds: Body, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One in eighty is: a mesh of the size that is asked for is found if that counts as few, and else none."""

@@ -31,13 +31,13 @@ def after_a_long_step(setup, seed):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_motion_that_would_be_lost_is_halved(setup, seed):
+def test_a_motion_to_a_cusp_is_halved(setup, seed):
     excess, _ = after_a_long_step(setup, seed)
     assert excess < 0.05
 
 
 def test_without_that_programs_do_not_lead_back(setup, monkeypatch):
     _, gain = after_a_long_step(setup, 1)
-    monkeypatch.setattr(subproblem, "PROGRAM", replace(subproblem.PROGRAM, lost=np.inf))
+    monkeypatch.setattr(subproblem, "PROGRAM", replace(subproblem.PROGRAM, hopeless=np.inf))
     excess, less = after_a_long_step(setup, 1)
     assert excess > 100.0 and less < 0.9 * gain

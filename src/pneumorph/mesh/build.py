@@ -30,7 +30,7 @@ _WORST = 0.02
 """Quality (see `scaled_jacobian`) below which a mesh is rejected."""
 _FEW = 1e-3
 """Share of elements below that quality up to which nodes slide along surfaces: smaller elements everywhere would cost
-far more. Where more are at fault the surfaces are too coarse, and nodes that slide would change the body."""
+far more. Where there are more, the surfaces are too coarse, and nodes that slide would change the body."""
 _FLAT = 1e-9
 """Quality, of either sign, below which an element with straight edges counts as flat."""
 
@@ -124,8 +124,8 @@ def mesh_within(
             reason = error
             continue
         result = relax(build_morph(straight, B, offset, exact, finer * size, boundary.param, heights), exact)
-        at_fault = np.count_nonzero(_quality(result, exact) <= _WORST)
-        if 0 < at_fault <= _FEW * len(result.mesh.tets):
+        poor = np.count_nonzero(_quality(result, exact) <= _WORST)
+        if 0 < poor <= _FEW * len(result.mesh.tets):
             result = slide(result, exact)
         if (worst := _quality(result, exact).min()) > _WORST:
             return replace(result, mesh=result.at(exact))

@@ -43,8 +43,8 @@ class ProgramSettings:
     """Each program may move the step this fraction as far as the one before. Without it the limits on curvature, which
     linear rows underestimate, are exceeded again each time."""
 
-    lost: float = 1000.0
-    """c of a limit from which no program leads back, for an area element is about to vanish: the motion to there is
+    hopeless: float = 1000.0
+    """c of a limit from which no program leads back, since the surface is about to form a cusp: the motion to there is
     halved. Tens are common where most of a bellows is at its limits, and hundreds are gone after two programs."""
 
     accuracy: float = 1e-3
@@ -125,9 +125,9 @@ class SequentialQuadratic:
                 change = self.smooth.apply(z)
                 linear = linear_limits(space, self.limits, phi + change, reach, PROGRAM.least, places)
                 short = np.abs(z - last).max() <= PROGRAM.accuracy * radius
-                if short or linear.excess().max(initial=0.0) <= PROGRAM.lost:
+                if short or linear.excess().max(initial=0.0) <= PROGRAM.hopeless:
                     break
-                # The step before it was not lost.
+                # The one before it was not hopeless.
                 z = 0.5 * (last + z)
             last = z
             rows, jacobian, places = linear.rows, linear.jacobian, linear.rows.places
