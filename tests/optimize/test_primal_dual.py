@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from pneumorph.optimize.primal_dual import Pair, Program, improved
+from pneumorph.optimize.primal_dual import Ending, Pair, Program, improved
 from pneumorph.optimize.smoothing import Smoothing
+
+BALANCE = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +32,17 @@ class Matrix:
         return Matrix(np.abs(self.of))
 
 
+@dataclass(frozen=True, eq=False)
+class Counting(Matrix):
+    """One that counts how often it is applied, once in each iteration."""
+
+    applied: list[np.ndarray]
+
+    def apply(self, z: np.ndarray) -> np.ndarray:
+        self.applied.append(z)
+        return super().apply(z)
+
+
 def program(slope: Any, rows: Any, known: Any, pull: float = 0.0, factors: Any = None, smooth: Any = None) -> Program:
     """A program in the box |z| ≤ 1."""
     n = len(slope)
@@ -44,7 +57,7 @@ def at_rest(of: Program) -> Pair:
 
 
 def solved(of: Program, begin: Pair | None = None, iterations: int = 20_000) -> Pair:
-    return improved(of, at_rest(of) if begin is None else begin, 1.0, iterations, 1e-10)
+    return improved(of, at_rest(of) if begin is None else begin, BALANCE, Ending(iterations, 1e-10))
 
 
 def drawn(seed: int) -> Program:
@@ -111,7 +124,7 @@ def test_units_of_rows_do_not_matter(seed):
     of = drawn(seed)
     units = 10.0 ** np.random.default_rng(seed).uniform(-3, 3, len(of.known))
     other = replace(of, jacobian=sparse.csr_array(sparse.diags_array(units) @ of.jacobian), known=units * of.known)
-    some, same = improved(of, at_rest(of), 1.0, 30, 0.0), improved(other, at_rest(other), 1.0, 30, 0.0)
+    some, same = improved(of, at_rest(of), BALANCE, Ending(30)), improved(other, at_rest(other), BALANCE, Ending(30))
     assert same.z == pytest.approx(some.z, abs=1e-8)
     assert same.multiplier * units == pytest.approx(some.multiplier, abs=1e-8)
 
@@ -133,3 +146,17 @@ def test_an_empty_row_changes_nothing():
         known=np.append(of.known, -1.0),
     )
     assert solved(more).z == pytest.approx(solved(of).z, abs=1e-6)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_iterations_end_once_rows_are_met_as_asked(seed):
+    """The finer the later: to a tenth of their lengths, or to a hundredth."""
+    of, needed = drawn(seed), []
+    length = np.linalg.norm(of.jacobian.toarray(), axis=1)
+    for share in (0.1, 0.01):
+        met, counted = share * length, replace(of, smooth=cast(Smoothing, Counting(cast(Matrix, of.smooth).of, [])))
+        ended = improved(counted, at_rest(of), BALANCE, Ending(20_000, steady=np.inf, met=met))
+        assert (of.known + of.jacobian @ of.smooth.apply(ended.z) <= 3 * met + 1e-12).all()
+        needed.append(len(cast(Counting, counted.smooth).applied))
+    assert needed[0] <= needed[1] < 20_000

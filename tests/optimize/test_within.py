@@ -50,14 +50,17 @@ def test_what_a_repair_is_to_keep_is_kept(setup: Setup) -> None:
     assert kept.at(found.phi) <= kept.accuracy
 
 
-def test_what_cannot_be_kept_is_let_go(setup: Setup) -> None:
-    """The shape comes first: what is kept besides is judged by itself later."""
+def test_what_cannot_be_kept_is_let_go(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The shape comes first: what is kept besides is judged by itself later. Nothing waits for it."""
+    motions, move = [], within.least_motion
+    monkeypatch.setattr(within, "least_motion", lambda *given: motions.append(given) or move(*given))
     phi = bulged(setup, 0.5)
     alone = setup.within(phi)
     assert isinstance(alone, Within)
-    way = alone.phi - phi
+    way, needed = alone.phi - phi, len(motions)
     found = setup.within(phi, kept=Kept(phi, np.ones(1), np.zeros((1, setup.space.n)), 0.01))
     assert isinstance(found, Within) and np.array_equal(found.phi - phi, way)
+    assert len(motions) - needed <= 4 * needed
 
 
 def test_what_cannot_be_repaired_ends_soon(setup: Setup, monkeypatch: pytest.MonkeyPatch) -> None:

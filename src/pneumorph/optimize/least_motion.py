@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from pneumorph.optimize.accelerated import minimise, tightened
-from pneumorph.optimize.products import SparseRows
+from pneumorph.optimize.primal_dual import Ending, Pair, Program, improved
 from pneumorph.optimize.settings import MotionSettings
 from pneumorph.optimize.smoothing import Smoothing
 
 MOTION = MotionSettings()
+
+_ANYWHERE = 1e9
+"""mm; compiled code takes all numbers to be finite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +31,11 @@ def least_motion(
     excess: np.ndarray,
     slope: np.ndarray,
     accuracy: np.ndarray | float,
+    farthest: float = np.inf,
+    dense: int = 0,
     settings: MotionSettings = MOTION,
 ) -> SmoothMotion:
     """The smooth step Ψ = S z with the least slope·Ψ + ½‖z‖² that keeps c + J Ψ ≤ 0, nearly.
-
-    By its dual, min ½‖Sᵀ(slope + Jᵀλ)‖² − cᵀλ + ½ λᵀελ over λ ≥ 0, whose z is −Sᵀ(slope + Jᵀλ); ε lets rows give way.
-    Multipliers are changed until every row is met to its `accuracy` (m,), or as far as some iterations bring them.
 
     Parameters
     ----------
@@ -46,26 +47,19 @@ def least_motion(
     slope : (n,) array
         Per mm.
     accuracy : float or (m,) array
-        To which rows are met.
+        To which rows are met, as far as some iterations bring them.
+    farthest : float
+        How far a raw variable may move, mm.
+    dense : int
+        How many of the last rows are of all variables.
     settings : MotionSettings
     """
-    rows = SparseRows.of(jacobian)
-    moduli = rows.moduli()
-
-    def product(multiplier: np.ndarray) -> np.ndarray:
-        return rows.times(smooth.apply(smooth.transpose(rows.transposed_times(multiplier))))
-
-    whole = moduli.times(smooth.moduli.apply(smooth.moduli.transpose(moduli.transposed_times(np.ones(len(excess))))))
-    scale = tightened(np.maximum(whole, 1e-12), product)
-    elastic, pushed = settings.compliance * scale, excess - rows.times(smooth.apply(smooth.transpose(slope)))
-    multipliers = minimise(
-        lambda multiplier: elastic * multiplier - pushed + product(multiplier),
-        np.maximum(excess, 0.0) / scale,
-        np.zeros(len(excess)),
-        np.full(len(excess), np.inf),
-        scale + elastic,
-        settings.iterations,
-        accuracy / (scale + elastic),
-    )
-    z = -smooth.transpose(slope + rows.transposed_times(multipliers))
-    return SmoothMotion(z, smooth.apply(z))
+    box = np.full(len(slope), min(farthest, _ANYWHERE))
+    program = Program(smooth, slope, np.zeros((0, len(slope))), 1.0, jacobian, excess, -box, box, dense)
+    found = Pair(np.zeros(len(slope)), np.zeros(len(excess)), np.zeros(0))
+    ending = Ending(settings.iterations, steady=settings.steady, met=np.broadcast_to(accuracy, excess.shape))
+    for balance in settings.balances:
+        found = improved(program, found, balance, ending)
+        if (excess + jacobian @ smooth.apply(found.z) <= accuracy).all():
+            break
+    return SmoothMotion(found.z, smooth.apply(found.z))

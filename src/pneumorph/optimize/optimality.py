@@ -10,11 +10,16 @@ from pneumorph.geometry.design_space import DesignSpace
 from pneumorph.limits.of_shape import ShapeLimits
 from pneumorph.optimize.least_motion import least_motion
 from pneumorph.optimize.linear_limits import linear_limits
+from pneumorph.optimize.settings import MotionSettings
 from pneumorph.optimize.smoothing import Smoothing
 from pneumorph.optimize.states import StateLimits
 
 ACTIVE = 0.01
 """Limits this close to their bounds, as fractions of these, count as active."""
+
+_BALANCED = MotionSettings(balances=(3.0,), iterations=150)
+"""With the larger one of repairs multipliers are still too large after so many iterations, and the sum up to 10 % less;
+with this it is within 0.4 % of the exact one in the designs of two runs."""
 
 
 @doing("testing whether the design is optimal")
@@ -50,5 +55,5 @@ def optimality(
     count = len(active.rows.value) + len(near)
     if not count:
         return 1.0
-    left = least_motion(smooth, jacobian, np.zeros(count), slope / whole, 0.0)
+    left = least_motion(smooth, jacobian, np.zeros(count), slope / whole, 0.0, settings=_BALANCED)
     return min(float(np.abs(left.raw).sum()), 1.0)

@@ -19,19 +19,16 @@ import numpy as np
 from scipy import sparse
 
 from pneumorph.interrupts import stop_if_asked
-from pneumorph.optimize.accelerated import SAFETY
 from pneumorph.optimize.products import SparseRows, push_on, step_on
 from pneumorph.optimize.smoothing import Smoothing
+
+SAFETY = 1.1
+"""Safety factor on the largest eigenvalue from the power method, which is a lower bound."""
 
 
 @dataclass(frozen=True)
 class PrimalDualSettings:
     """How the method moves."""
-
-    balance: float = 3.0
-    """Of the motions of multipliers and steps: with 1, a row of length 1 that a step through the whole box exceeds
-    changes its multiplier by as much as the mean derivative of the objective. A tenth of it leaves five to ten times
-    as much of the gain where many limits are active; three times as much leaves up to twice as much elsewhere."""
 
     dense: float = 3.0
     """Length of rows of all variables, where that of others is 1: their multipliers have to turn the whole gradient."""
@@ -86,12 +83,32 @@ class Program:
     dense: int = 0
 
 
+class Ending(NamedTuple):
+    """When iterations end.
+
+    Attributes
+    ----------
+    iterations : int
+        Most of them.
+    still : float
+        They end where no variable moves farther than this in an iteration, mm,
+    steady : float
+        or by more than this part of the largest variable, and
+    met : (m,) array, optional
+        no row is exceeded by more than this; by default by what a motion by `still` along it changes.
+    """
+
+    iterations: int
+    still: float = 0.0
+    steady: float = 0.0
+    met: np.ndarray | None = None
+
+
 def improved(
     program: Program,
     begin: Pair,
-    width: float,
-    iterations: int,
-    accuracy: float,
+    balance: float,
+    ending: Ending,
     settings: PrimalDualSettings = PRIMAL_DUAL,
 ) -> Pair:
     """Go on towards the solution of a program.
@@ -100,13 +117,10 @@ def improved(
     ----------
     program : Program
     begin : Pair
-    width : float
-        How far the program may move a step: the less that is, the faster multipliers change with what is exceeded.
-    iterations : int
-        Most iterations.
-    accuracy : float
-        It ends when no variable moves farther than this times `width` in an iteration, and no row is exceeded by so
-        much in units of its length.
+    balance : float
+        Of the motions of multipliers and steps: how fast multipliers change with what is exceeded, in units of the
+        slope for 1 mm by which a row of length 1 is exceeded.
+    ending : Ending
     settings : PrimalDualSettings
     """
     smooth = program.smooth
@@ -117,8 +131,10 @@ def improved(
     rows = SparseRows.of(sparse.csr_array(sparse.diags_array(1.0 / length) @ whole))
     known = np.concatenate([program.known, np.zeros(len(length) - limits)]) / length
     diagonal, norm = _scaled(smooth, rows, settings.rounds)
-    balance = settings.balance / width
     rise, fall = balance / norm, diagonal / (balance * norm)
+    small = np.full(len(length), rise * ending.still)
+    if ending.met is not None:
+        small[:limits], small[limits:] = rise * ending.met / length[:limits], np.finfo(float).max
     shrink, bend = 1.0 / (1.0 + fall * program.pull), 1.0 / (1.0 + rise / length[limits:] ** 2)
     slope = smooth.transpose(program.slope)
     z, ahead = begin.z.copy(), np.empty_like(begin.z)
@@ -126,14 +142,14 @@ def improved(
     # No limit has been looked at.
     farther = np.column_stack([np.zeros(len(length)), np.maximum(rows.moduli().times(np.ones(rows.width)), 1e-12)])
     point, moved = np.zeros_like(z), 0.0
-    for _ in range(iterations):
+    for _ in range(ending.iterations):
         stop_if_asked()
         downhill = slope + smooth.transpose(rows.transposed_times(dual))
-        far = step_on(z, downhill, fall, shrink, program.lower, program.upper, settings.beyond, ahead)
+        far, largest = step_on(z, downhill, fall, shrink, program.lower, program.upper, settings.beyond, ahead)
         point, before = smooth.apply(ahead), point
         moved += float(np.abs(point - before).max(initial=0.0))
-        push = push_on(*rows[:3], known, point, limits, rise, bend, settings.beyond, dual, farther, moved)
-        if max(far, push / rise) <= accuracy * width:
+        pushed = push_on(*rows[:3], known, point, limits, rise, bend, settings.beyond, small, dual, farther, moved)
+        if far <= max(ending.still, ending.steady * largest) and not pushed:
             break
     return Pair(
         np.clip(z, program.lower, program.upper), dual[:limits] / length[:limits], dual[limits:] / length[limits:]

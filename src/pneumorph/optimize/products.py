@@ -68,26 +68,30 @@ def _transposed_times(start, column, entry, multiplier, out):
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def step_on(z, slope, fall, shrink, lower, upper, beyond, ahead):
-    """Move variables z (n,) against their slope, in place; `ahead` (n,) becomes twice as far. The farthest motion."""
-    farthest = 0.0
+    """Move variables z (n,) against their slope, in place; `ahead` (n,) becomes twice as far.
+
+    Returns the farthest motion, and how far the farthest variable is from zero.
+    """
+    farthest, largest = 0.0, 0.0
     for i in range(len(z)):
         to = min(max(shrink[i] * (z[i] - fall[i] * slope[i]), lower[i]), upper[i])
         by = to - z[i]
         ahead[i] = to + by
         z[i] += beyond * by
-        farthest = max(farthest, abs(by))
-    return farthest
+        farthest, largest = max(farthest, abs(by)), max(largest, abs(to))
+    return farthest, largest
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
-def push_on(start, column, entry, known, point, limits, rise, bend, beyond, multiplier, farther, moved):
-    """Change multipliers (m,) by the rows' values at a point (n,), in place. The largest change.
+def push_on(start, column, entry, known, point, limits, rise, bend, beyond, small, multiplier, farther, moved):
+    """Change multipliers (m,) by the rows' values at a point (n,), in place. Whether one changes by more than `small`
+    (m,) for it.
 
     The first `limits` rows are c + J x ≤ 0, whose multipliers are not negative; others are quadratic. `farther` (m, 2)
     has for each limit at which motion, summed over all iterations up to `moved`, it might be reached, and by how much
     its value changes with a motion by 1.
     """
-    largest = 0.0
+    pushed = False
     for row in range(len(multiplier)):
         before = multiplier[row]
         if row < limits and before == 0.0 and moved < farther[row, 0]:
@@ -103,5 +107,5 @@ def push_on(start, column, entry, known, point, limits, rise, bend, beyond, mult
         else:
             aimed *= bend[row - limits]
             multiplier[row] = before + beyond * (aimed - before)
-        largest = max(largest, abs(aimed - before))
-    return largest
+        pushed = pushed or abs(aimed - before) > small[row]
+    return pushed

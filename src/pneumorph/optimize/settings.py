@@ -58,12 +58,16 @@ class ProposalSettings:
 class MotionSettings:
     """How the least smooth motion that satisfies linearised limits is computed."""
 
-    compliance: float = 1e-4
-    """Of the rows, relative to their own scale: rows that contradict each other are then met half way instead of by
-    ever longer motions."""
+    balances: tuple[float, ...] = (2.0, 30.0)
+    """Of multipliers and motions, which have one scale where nothing but the motion's own length counts. With the
+    first, many rows that ask for nearly the same are met by no longer a motion than needed; where some are not met with
+    it, such as those of curvature near poles, iterations go on with the second."""
 
-    iterations: int = 200
-    """Most changes of the multipliers. A motion that is stopped early is linearised again like any other."""
+    iterations: int = 100
+    """Most iterations with each. A motion that is stopped early is linearised again like any other."""
+
+    steady: float = 0.01
+    """They end where no variable moves by more than this part of the largest one, and rows are met."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,11 @@ class RepairSettings:
     met: float = 0.25
     """Fraction of the margins to which a motion meets the linearised limits: half of `accuracy`, which the limits
     themselves are to meet after it."""
+
+    farthest: float = 1.0
+    """How far a motion may move a raw variable, as a part of how far the repair may, or of the smallest wall or fold if
+    that is less; half as far where a limit is exceeded by its bound. In longer motions limits are far from linear, and
+    surfaces meet of whose distance no row knows."""
 
     motions: int = 16
     """Most motions between two certificates."""

@@ -97,7 +97,7 @@ def within(
     """
     kept = kept or Kept(phi, np.zeros(0), np.zeros((0, space.n)), 0.0)
     lower, upper = np.maximum(space.lower, phi - reach), np.minimum(space.upper, phi + reach)
-    search = _Search(space, smooth, limits, settings, lower, upper, kept)
+    search = _Search(space, smooth, limits, settings, reach, lower, upper, kept)
     with doing("moving surfaces within their limits") as far:
         end, resisted = _within(search, phi, far)
         if resisted and not isinstance(end, Within):
@@ -147,12 +147,13 @@ def _worst(report: LimitReport) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """What stays the same in a repair; no variable leaves the range from `lower` to `upper` (n,)."""
+    """What stays the same in a repair; no variable leaves the range from `lower` to `upper` (n,), `reach` at most."""
 
     space: DesignSpace
     smooth: Smoothing
     limits: ShapeLimits
     settings: RepairSettings
+    reach: float
     lower: np.ndarray
     upper: np.ndarray
     kept: Kept
@@ -178,16 +179,27 @@ class _Search:
                 best, least, resisting = phi, worst, places
             if worst == 0.0 or worst > settings.hopeless or in_vain == settings.motions_in_vain:
                 break
+            shape = slice(len(linear.rows.value))
+            if in_vain and (excess[shape] <= settings.accuracy * margin[shape]).all():
+                # What is to be kept besides comes no nearer, and nothing else is left to be done.
+                break
             motion = least_motion(
                 self.smooth,
                 sparse.csr_array(sparse.vstack([linear.jacobian, others])) if len(kept.value) else linear.jacobian,
                 excess,
                 np.zeros(self.space.n),
                 settings.met * margin,
+                settings.farthest / (1.0 + worst) * min(self.reach, self._narrowest),
+                len(kept.value),
                 settings.motion,
             )
             phi = np.clip(phi + motion.smooth, self.lower, self.upper)
         return best, resisting
+
+    @property
+    def _narrowest(self) -> float:
+        """The smallest distance that there may be between surfaces, mm."""
+        return min(self.limits.spec.wall, self.limits.spec.fold.distance)
 
     def _linear(
         self,
@@ -197,9 +209,9 @@ class _Search:
         known: _Distances | None,
     ) -> tuple[LinearLimits, _Distances]:
         """All limits linearised at Φ, where distances known near it are not measured again; and what is known then."""
-        settings, spec = self.settings, self.limits.spec
+        settings = self.settings
         of_distances, of_others = self.limits.of_distances
-        near = settings.straight * min(spec.wall, spec.fold.distance)
+        near = settings.straight * self._narrowest
         if known is None or np.abs(phi - known.phi).max() > near:
             reach, least = settings.reach, settings.least
             known = _Distances(phi, linear_limits(self.space, of_distances, phi, reach, least, places, violated))

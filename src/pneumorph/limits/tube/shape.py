@@ -151,6 +151,9 @@ def _worst_places(
     picked = each(lambda field: worst_samples(field[0], own, FINE, spans, field[1]), fields)
     kind = np.repeat(np.tile(np.arange(len(c)), 2), [len(cell) for _, _, cell in picked])
     row, column, cell = (np.concatenate(parts) for parts in zip(*picked, strict=True))
+    # Often they are the same.
+    first = np.unique(np.ravel_multi_index((kind, row, column), c.shape), return_index=True)[1]
+    kind, row, column, cell = (part[first] for part in (kind, row, column, cell))
     value, q, r = c[kind, row, column], samples.q[column], samples.r[row]
     expected, aside, up = peaks_at(c, kind, row, column)
     close = np.flatnonzero(expected > CLOSE)

@@ -12,6 +12,9 @@ import numpy as np
 NEARBY = np.array([-0.5, -0.25, 0.0, 0.25, 0.5])
 """Places between samples, in units of the sample distance, that are tried around samples close to their bounds."""
 
+ROUNDS = 4
+"""Times that both points are moved on from the best of these places."""
+
 ROOM = 0.75
 """Largest offset in cells. Beyond half a cell the neighbouring sample is closer."""
 
@@ -41,6 +44,11 @@ def _nearest(px, py, pz, fields, sample, across, ahead, behind):
             aa += to_q * to_q + away * qq[sample, c]
             ab += to_q * to_r + away * qr[sample, c]
             bb += to_r * to_r + away * rr[sample, c]
+        # On a bound, such as the rim of a disc, only the other offset changes.
+        if (a <= -ROOM * across and slope_a > 0.0) or (a >= ROOM * across and slope_a < 0.0):
+            slope_a, ab = 0.0, 0.0
+        if (b <= -ROOM * behind and slope_b > 0.0) or (b >= ROOM * ahead and slope_b < 0.0):
+            slope_b, ab = 0.0, 0.0
         lowest = 0.5 * (aa + bb) - np.hypot(0.5 * (aa - bb), ab)
         shift = max(0.05 - lowest, 0.0)
         aa, bb = aa + shift, bb + shift
@@ -142,6 +150,25 @@ def closest_around(sample, near, here, there, around, digits, aside, offset):
                 if rounded < best:
                     best = rounded
                     aside[k, 0], aside[k, 1], offset[k, 0], offset[k, 1] = a, b, to_q, to_r
+        for _ in range(ROUNDS):
+            # Of each surface in turn the point nearest to that of the other: soon there where an edge is near a wall.
+            px, py, pz = (
+                _place(others, near[k], offset[k, 0], offset[k, 1], 0),
+                _place(others, near[k], offset[k, 0], offset[k, 1], 1),
+                _place(others, near[k], offset[k, 0], offset[k, 1], 2),
+            )
+            _, a, b = _nearest(px, py, pz, fields, sample[k], across, ahead[row], behind[row])
+            px, py, pz = (
+                _place(fields, sample[k], a, b, 0),
+                _place(fields, sample[k], a, b, 1),
+                _place(fields, sample[k], a, b, 2),
+            )
+            away, to_q, to_r = _nearest(px, py, pz, others, near[k], other_across, room[0], room[1])
+            rounded = np.rint(away * unit)
+            if rounded >= best:
+                break
+            best = rounded
+            aside[k, 0], aside[k, 1], offset[k, 0], offset[k, 1] = a, b, to_q, to_r
 
 
 @numba.njit(cache=True, nogil=True)
