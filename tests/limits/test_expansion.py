@@ -31,6 +31,7 @@ def sampled(twist=0.0):
 
 @pytest.fixture(scope="module")
 def surfaces():
+    """Those without a twist."""
     return sampled()
 
 
