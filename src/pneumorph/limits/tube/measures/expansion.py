@@ -27,6 +27,12 @@ def _place(fields, sample, a, b, c):
     return x[sample, c] + a * (q[sample, c] + 0.5 * a * qq[sample, c] + b * qr[sample, c]) + rise
 
 
+@numba.njit(cache=True, nogil=True, inline="always")
+def _point(fields, sample, a, b):
+    """The point of the expansion at a sample."""
+    return _place(fields, sample, a, b, 0), _place(fields, sample, a, b, 1), _place(fields, sample, a, b, 2)
+
+
 @numba.njit(cache=True, nogil=True)
 def _nearest(px, py, pz, fields, sample, across, ahead, behind):
     """Distance and offset of the point closest to p; zero offset if the sample itself is closest."""
@@ -140,11 +146,7 @@ def closest_around(sample, near, here, there, around, digits, aside, offset):
             a = around[i] * across
             for j in range(len(around)):
                 b = around[j] * (behind[row] if around[j] < 0.0 else ahead[row])
-                px, py, pz = (
-                    _place(fields, sample[k], a, b, 0),
-                    _place(fields, sample[k], a, b, 1),
-                    _place(fields, sample[k], a, b, 2),
-                )
+                px, py, pz = _point(fields, sample[k], a, b)
                 away, to_q, to_r = _nearest(px, py, pz, others, near[k], other_across, room[0], room[1])
                 rounded = np.rint(away * unit)
                 if rounded < best:
@@ -152,17 +154,9 @@ def closest_around(sample, near, here, there, around, digits, aside, offset):
                     aside[k, 0], aside[k, 1], offset[k, 0], offset[k, 1] = a, b, to_q, to_r
         for _ in range(ROUNDS):
             # Of each surface in turn the point nearest to that of the other: soon there where an edge is near a wall.
-            px, py, pz = (
-                _place(others, near[k], offset[k, 0], offset[k, 1], 0),
-                _place(others, near[k], offset[k, 0], offset[k, 1], 1),
-                _place(others, near[k], offset[k, 0], offset[k, 1], 2),
-            )
+            px, py, pz = _point(others, near[k], offset[k, 0], offset[k, 1])
             _, a, b = _nearest(px, py, pz, fields, sample[k], across, ahead[row], behind[row])
-            px, py, pz = (
-                _place(fields, sample[k], a, b, 0),
-                _place(fields, sample[k], a, b, 1),
-                _place(fields, sample[k], a, b, 2),
-            )
+            px, py, pz = _point(fields, sample[k], a, b)
             away, to_q, to_r = _nearest(px, py, pz, others, near[k], other_across, room[0], room[1])
             rounded = np.rint(away * unit)
             if rounded >= best:
