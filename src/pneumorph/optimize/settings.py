@@ -90,7 +90,7 @@ class RepairSettings:
     farthest: float = 1.0
     """How far a motion may move a raw variable, as a part of how far the repair may, or of the smallest wall or fold if
     that is less; half as far where a limit is exceeded by its bound. In longer motions limits are far from linear, and
-    surfaces meet of whose distance no row knows."""
+    surfaces may meet whose distance is in no row."""
 
     motions: int = 16
     """Most motions between two certificates."""
