@@ -137,6 +137,14 @@ class Analysis:
         return self.castings.get(task) or (self.state(disc, task),)
 
 
+@dataclass(frozen=True, kw_only=True)
+class SelfIntersecting(NoEquilibrium):
+    """There is an equilibrium, the `last`, but the body would intersect itself: in a task, with nodes at X (N, 3)."""
+
+    task: str
+    X: np.ndarray
+
+
 def discretise(problem: Problem, body: Body) -> Discretisation:
     """Mesh a body, or a part of it where symmetry allows that, and build its model for analysis."""
     return build_discretisation(problem, mesh_of(problem, body, part_of(problem)), body.control_points())
@@ -179,6 +187,7 @@ def analyse(
     starts: Starts | None = None,
     *,
     near: Analysis | None = None,
+    apart: Analysis | None = None,
     tolerance: float = DESIGN_TOLERANCE,
     most: float = math.inf,
     roughest: float = math.inf,
@@ -197,6 +206,7 @@ def analyse(
     starts : states or guesses by task, from which the searches begin; from rest where there is none.
     near : an analysed design on the same mesh. With contact, where a start leads nowhere, the search goes on in steps
         from there: nodes move to the new design, and what touches stays apart on the way.
+    apart : an analysed design. The search ends at a task in which the body intersects itself and does not there.
     tolerance : relative residual of the equilibria.
     most : factorisations after which the search for the state of a task ends.
     roughest : a start with a larger residual is not tried, see `solve`.
@@ -234,6 +244,8 @@ def analyse(
         if not np.isfinite(values[task.name]):
             raise ComputationError(f"the objective of task {task.name} is {values[task.name]} here; fix its function")
         crossing[task.name] = not touches_itself and disc.skin.intersects_itself(X + equilibrium.u)
+        if apart is not None and crossing[task.name] and not apart.self_intersecting[task.name]:
+            return SelfIntersecting("the body would self-intersect", 1.0, equilibrium, task=task.name, X=X)
     if spanning := axes_of(disc.objectives):
         values |= dict.fromkeys(spanning, -workspace_size(disc.objectives, configurations, equilibria))
     value = sum(task.weight * values[task.name] for task in problem.task)

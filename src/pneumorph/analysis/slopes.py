@@ -14,7 +14,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.geometry import DesignSpace
 from pneumorph.mechanics import Softest
 from pneumorph.mechanics.assembly.tangent import EXACT
-from pneumorph.objective import StrainShare
+from pneumorph.objective import Gap, StrainShare
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import gradient, lateral_slope, objective_slope, residual_jacobian
 
@@ -126,6 +126,21 @@ def strain_slopes(
             space.pullback(disc.morph.pullback(derivatives.X), {name: derivatives.pressure}, derivatives.reinforcement)
         )
     return np.array(values), np.array(rows)
+
+
+def gap_slope(space: DesignSpace, disc: Discretisation, analysis: Analysis, name: str, gap: Gap) -> np.ndarray:
+    """Derivatives (n,) with respect to Φ of a gap in the state of a task.
+
+    Parameters
+    ----------
+    space, disc : the design space and the mesh of the design.
+    analysis : of the design.
+    name : of the task.
+    gap : on that mesh.
+    """
+    at = analysis.configurations[name]
+    found = gradient(at, disc.tangents[name], analysis.equilibria[name], gap, DESIGN_ACCURACY)
+    return space.pullback(disc.morph.pullback(found.X), {name: found.pressure}, found.reinforcement)
 
 
 def lateral_slope_of(

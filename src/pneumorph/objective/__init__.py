@@ -1,6 +1,7 @@
 """Objectives of a design: features of the deformed body, and functions of them that are minimised."""
 
 from pneumorph.objective.features import Features, Pressing, Slabs, equidistant, measure_features
+from pneumorph.objective.gap import Gap
 from pneumorph.objective.kinds import build_objectives
 from pneumorph.objective.kinds.match_sections import match
 from pneumorph.objective.kinds.maximize import TIP_MOTIONS, maximize
@@ -16,6 +17,7 @@ __all__ = [
     "LIMITED",
     "TIP_MOTIONS",
     "Features",
+    "Gap",
     "HeldForce",
     "Objective",
     "Pressing",

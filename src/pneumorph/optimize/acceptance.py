@@ -13,7 +13,8 @@ from typing import TypeVar
 from pneumorph.analysis import Analysis, design_slopes
 from pneumorph.optimize.buckling import buckles, lateral_excess
 from pneumorph.optimize.clock import Clock
-from pneumorph.optimize.iterate import AnalysedDesign, Iterate, with_lateral_stiffness
+from pneumorph.optimize.crossings import crossings_of, is_known
+from pneumorph.optimize.iterate import AnalysedDesign, Iterate, with_gaps, with_lateral_stiffness
 from pneumorph.optimize.proposal import Proposal
 from pneumorph.optimize.radius import TrustRegion
 from pneumorph.optimize.setup import Setup
@@ -186,15 +187,18 @@ def _resists_lateral_buckling(tried: Tried) -> Verdict:
 
 
 def _does_not_intersect_itself(tried: Tried) -> Verdict:
-    """Rejects a design whose body intersects itself where the current one does not."""
-    if not newly_intersects(tried.current.analysis, tried.design.analysis):
+    """Rejects a design whose body intersects itself where the current one does not; the next step is told where."""
+    setup, current, trial = tried.setup, tried.current, tried.trial
+    if trial.crossed is None:
         return None
-    if tried.region.radius < tried.setup.settings.radius.ordinary:
+    crossings = crossings_of(trial.disc, trial.crossed)
+    known = all(is_known(current.disc, current.learnt.crossings, each) for each in crossings)
+    if known and tried.region.radius < setup.settings.radius.ordinary:
         return Ended(
             f"a step of {tried.length:.2g} mm would make the body self-intersect; with a table [contact] its "
             "surfaces come into contact instead"
         )
-    return tried.rejected("the body would self-intersect")
+    return tried.rejected(trial.reason, current=with_gaps(setup, current, crossings, tried.clock))
 
 
 def _leaves_obstacles_their_room(tried: Tried) -> Verdict:
@@ -236,10 +240,10 @@ PROPOSAL_TESTS = (_within_shape_limits, _predicts_a_gain, _promises_enough)
 """Before a trial: they cost nothing."""
 
 STATE_TESTS = (
+    _does_not_intersect_itself,
     _has_equilibria,
     _satisfies_state_limits,
     _resists_lateral_buckling,
-    _does_not_intersect_itself,
     _leaves_obstacles_their_room,
 )
 """After it, of what depends on the mesh most."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -23,6 +23,7 @@ from pneumorph.limits.report import LimitReport
 from pneumorph.mechanics import rest
 from pneumorph.optimize.buckling import LateralStability, judge_closely
 from pneumorph.optimize.clock import Clock
+from pneumorph.optimize.crossings import Crossing, joined, measured
 from pneumorph.optimize.model import Curvature, Proxy, no_curvature, unpack_curvature
 from pneumorph.optimize.settings import TrialSettings
 from pneumorph.optimize.setup import Setup
@@ -74,6 +75,8 @@ class Learnt:
         How far the tip moved in every task of the design whose error of the mesh was estimated last, mm.
     at_rest : float, optional
         What tasks with targets add to the objective where nothing moves the body.
+    crossings : tuple of Crossing
+        Where steps would have made the body intersect itself.
     """
 
     stepper: Stepper
@@ -84,6 +87,7 @@ class Learnt:
     state_curvature: float = 0.0
     looked: np.ndarray = field(default_factory=lambda: np.zeros(0))
     at_rest: float | None = None
+    crossings: tuple[Crossing, ...] = ()
 
     @property
     def first(self) -> float:
@@ -98,6 +102,8 @@ class Learnt:
             "values": np.array(self.objectives),
             "looked": self.looked,
             "at_rest": self.at_rest,
+            "crossing tasks": np.array([each.task for each in self.crossings], str),
+            "crossing places": np.reshape([each.places for each in self.crossings], (-1, 2, 3)),
             **self.stepper.pack(),
             **self.curvature.pack(),
         }
@@ -114,6 +120,7 @@ def unpack_learnt(setup: Setup, state: Mapping[str, Any]) -> Learnt:
         float(state.get("stride", TrialSettings.stride)),
         looked=np.asarray(state.get("looked", np.zeros(0))),
         at_rest=state.get("at_rest"),
+        crossings=tuple(map(Crossing, map(str, state.get("crossing tasks", ())), state.get("crossing places", ()))),
     )
 
 
@@ -211,13 +218,15 @@ def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, 
     """
     with clock.phase("gradient"):
         slopes = design_slopes(setup.problem, setup.space, design.disc, design.analysis)
-        states = linear_states(setup.problem, setup.space, design.disc, design.analysis, design.lateral)
+        gaps = measured(design.disc, design.analysis, learnt.crossings)
+        states = linear_states(setup.problem, setup.space, design.disc, design.analysis, design.lateral, gaps)
     with clock.phase("subproblem"):
         optimality = setup.optimality(design.analysis.phi, slopes.total, states)
     # Designs are compared by their objective from the first one on that satisfies the limits on states.
     objectives = () if states.violated else (*learnt.objectives, design.analysis.value)
     at_rest = _at_rest(setup.problem, design) if learnt.at_rest is None else learnt.at_rest
-    learnt = replace(learnt, objectives=objectives, at_rest=at_rest)
+    crossings = tuple(each.crossing for each in gaps)
+    learnt = replace(learnt, objectives=objectives, at_rest=at_rest, crossings=crossings)
     took = clock.seconds()["total"] if number else 0.0
     return Iterate(number, design, learnt, slopes, states, optimality, took=took)
 
@@ -251,6 +260,26 @@ def with_lateral_stiffness(setup: Setup, current: Iterate, clock: Clock) -> Iter
     """The iterate with its lateral stiffness, linearised, which keeps the next step from buckling."""
     with clock.phase("equilibrium"):
         lateral = judge_closely(current.disc, current.analysis)
+    return _with_rows(setup, replace(current, design=replace(current.design, lateral=lateral)), clock)
+
+
+def with_gaps(setup: Setup, current: Iterate, crossings: Sequence[Crossing], clock: Clock) -> Iterate:
+    """The iterate with gaps, linearised, which keep the next step from making the body intersect itself.
+
+    Parameters
+    ----------
+    setup, current : of the run.
+    crossings : where the body of a trial would.
+    clock : counts the time.
+    """
+    crossings = joined(current.disc, current.learnt.crossings, crossings)
+    return _with_rows(setup, current.learning(crossings=crossings), clock)
+
+
+def _with_rows(setup: Setup, current: Iterate, clock: Clock) -> Iterate:
+    """The iterate with limits on states, lateral stiffness and gaps linearised again."""
+    design = current.design
     with clock.phase("gradient"):
-        states = linear_states(setup.problem, setup.space, current.disc, current.analysis, lateral)
-    return replace(current, design=replace(current.design, lateral=lateral), states=states)
+        gaps = measured(design.disc, design.analysis, current.learnt.crossings)
+        states = linear_states(setup.problem, setup.space, design.disc, design.analysis, design.lateral, gaps)
+    return replace(current, states=states)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -40,6 +40,7 @@ from pneumorph.limits.kinds.states import (
 from pneumorph.limits.limit import ROUNDING, Limit
 from pneumorph.limits.report import without_rounding
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
+from pneumorph.optimize.crossings import Measured, gap_rows
 from pneumorph.optimize.within import Kept
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import BEYOND
@@ -148,7 +149,8 @@ class StateLimits:
     ----------
     value : (k,) c relative to the bound, 0.01 is one per cent beyond it.
     jacobian : (k, n) J, by the design variables.
-    limits : the limits of the first rows, and `bounds` theirs; the other rows keep the body from buckling laterally.
+    limits : the limits of the first rows, and `bounds` theirs; the other rows keep the body from buckling laterally and
+        from intersecting itself.
     curved : what c is expected to be beyond its linearisation at the end of the next step.
     unknown : the limits of which nothing is known: where no path could be followed as far as the margin asks.
     """
@@ -228,10 +230,11 @@ def linear_states(
     disc: Discretisation,
     analysis: Analysis,
     lateral: LateralStability | None = None,
+    gaps: Sequence[Measured] = (),
 ) -> StateLimits:
     """The limits on the states of an analysed design, linearised by an adjoint or a few for each task.
 
-    And what keeps it from buckling laterally, where that is known.
+    And what keeps it from buckling laterally and from intersecting itself, where that is known.
 
     Parameters
     ----------
@@ -242,6 +245,8 @@ def linear_states(
     analysis : Analysis
     lateral : LateralStability, optional
         How it stands lateral motions.
+    gaps : sequence of Measured
+        Where steps would have made it intersect itself.
     """
     states = no_states(space.n)
     for limit, of, kind in limited(problem):
@@ -254,11 +259,11 @@ def linear_states(
             (*states.bounds, *[of.bound] * len(value)),
             unknown=states.unknown if len(value) else (*states.unknown, limit),
         )
-    if lateral is None:
-        return states
-    value, slope = lateral_rows(space, disc, analysis, lateral)
-    both = np.concatenate([states.value, value]), np.concatenate([states.jacobian, slope])
-    return replace(states, value=both[0], jacobian=both[1])
+    rows = [gap_rows(space, disc, analysis, gaps)]
+    if lateral is not None:
+        rows.insert(0, lateral_rows(space, disc, analysis, lateral))
+    values, slopes = zip((states.value, states.jacobian), *rows, strict=True)
+    return replace(states, value=np.concatenate(values), jacobian=np.concatenate(slopes))
 
 
 def is_least_known(limit: Limit, value: float, bound: float) -> bool:

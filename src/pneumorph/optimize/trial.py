@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.analysis import (
     Analysis,
     Discretisation,
+    SelfIntersecting,
     analyse,
     expect_limit_points,
     joined,
@@ -66,6 +67,8 @@ class Trial:
         Where it was solved in parts of the step, how much of the step had states.
     stride : float
         How long the first part of the next step may be, in reference steps.
+    crossed : SelfIntersecting or None
+        Where the body would intersect itself, on the mesh of the trial.
     """
 
     disc: Discretisation
@@ -79,6 +82,7 @@ class Trial:
     state_limit: str = ""
     reached: float = 1.0
     stride: float = math.inf
+    crossed: SelfIntersecting | None = None
 
     @property
     def beyond_states(self) -> bool:
@@ -124,7 +128,8 @@ def analyse_again(setup: Setup, number: int, now: AnalysedDesign, trial: Trial, 
     most = settings.most if disc.model.contact is None else settings.most_in_contact
     with clock.phase("equilibrium"):
         starts = predict_states(setup.space, disc, trial.analysis, phi)
-        analysis = analyse(setup.problem, setup.space, disc, phi, starts, most=most, near=trial.analysis)
+        near, apart = trial.analysis, now.analysis
+        analysis = analyse(setup.problem, setup.space, disc, phi, starts, near=near, apart=apart, most=most)
     return _judged(setup, number, now, replace(trial, factorisations=trial.factorisations - count), analysis, clock)
 
 
@@ -143,7 +148,8 @@ def _judged(
     problem, disc, before = setup.problem, spent.disc, spent.before
     if isinstance(analysis, NoEquilibrium):
         done = spent.factorisations + disc.factorisations
-        return replace(spent, analysis=None, reason=analysis.reason, factorisations=done)
+        crossed = analysis if isinstance(analysis, SelfIntersecting) else None
+        return replace(spent, analysis=None, reason=analysis.reason, factorisations=done, crossed=crossed)
     with clock.phase("equilibrium"):
         if disc is not now.disc and analysis.value > before:
             before = _value_on(setup, disc, now.analysis, analysis)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.analysis import Analysis, Discretisation, analyse, carry_over, predict_states
+from pneumorph.analysis import Analysis, Discretisation, SelfIntersecting, analyse, carry_over, predict_states
 from pneumorph.mechanics import Guess, NoEquilibrium
 from pneumorph.mesh import between, poor, relax, slide
 from pneumorph.mesh.quality import scaled_jacobian
@@ -83,7 +83,7 @@ class Followed:
     disc : Discretisation
         The mesh, with nodes where they are at the last design with states.
     found : Analysis or NoEquilibrium
-        That design; or why none was found after it.
+        That design; or why none was found after it, such as that the body would intersect itself.
     stride : float
         How long the first part of the next way may be, in reference steps.
     reached : float
@@ -122,7 +122,7 @@ def _along(way: Way, stride: float, before_last: bool = False) -> Followed:
     """Follow the states in parts: after one that took few factorisations the next may be longer.
 
     Where a part has no state, or it takes too many, it is tried with half of its length. Where elements of the mesh
-    would fold, the rest of the way is one part.
+    would fold, the rest of the way is one part. Where the body would intersect itself the way ends.
 
     Parameters
     ----------
@@ -143,7 +143,9 @@ def _along(way: Way, stride: float, before_last: bool = False) -> Followed:
             # At the end they do not.
             part, share, there, phi = 1.0 - here.share, 1.0, way.end, way.phi
         starts = way.predicted(there, share, here, last)
-        tried = analyse(setup.problem, setup.space, there, phi, starts, most=settings.most, roughest=settings.roughest)
+        tried = _analysed(way, there, phi, starts)
+        if isinstance(tried, SelfIntersecting):
+            return Followed(there, tried, stride, here.share, last)
         first = here is way.begin
         if not isinstance(tried, NoEquilibrium):
             taken = _most_taken(tried)
@@ -159,6 +161,13 @@ def _along(way: Way, stride: float, before_last: bool = False) -> Followed:
             return Followed(way.end, tried, stride, here.share or part, last)
         halved += 1
     return Followed(here.disc, here.analysis, stride, here.share, last)
+
+
+def _analysed(way: Way, disc: Discretisation, phi: np.ndarray, starts: Mapping[str, Guess]) -> Analysis | NoEquilibrium:
+    """A design (n,) on a way on its mesh, without contact, with what is spent on a part of a step."""
+    setup, settings, apart = way.setup, way.setup.settings.trial, way.begin.analysis
+    spent = {"most": settings.most, "roughest": settings.roughest}
+    return analyse(setup.problem, setup.space, disc, phi, starts, apart=apart, **spent)
 
 
 def _without_rest(part: float, left: float) -> float:
@@ -192,7 +201,7 @@ def _at_once(way: Way, stride: float) -> Followed:
     """The states at the end of a way with contact, where the search goes in steps of its own."""
     setup, most = way.setup, way.setup.settings.trial.most_in_contact
     starts, near = way.predicted(way.end, 1.0, way.begin, None), way.begin.analysis
-    found = analyse(setup.problem, setup.space, way.end, way.phi, starts, most=most, near=near)
+    found = analyse(setup.problem, setup.space, way.end, way.phi, starts, most=most, near=near, apart=near)
     if not isinstance(found, NoEquilibrium):
         stride = _after_first(setup.settings.trial, stride, way.length, _most_taken(found))
     return Followed(way.end, found, stride)
@@ -210,11 +219,10 @@ def follow_on(way: Way, known: Followed, new: Discretisation, starts: Mapping[st
     """
     setup, settings, here, stride = way.setup, way.setup.settings.trial, known.here, known.stride
     if new.model.contact is not None:
-        most = settings.most_in_contact
-        return Followed(new, analyse(setup.problem, setup.space, new, way.phi, starts, most=most), stride)
-    limited = {"most": settings.most, "roughest": settings.roughest}
-    found = analyse(setup.problem, setup.space, new, way.phi, starts, **limited)
-    if not isinstance(found, NoEquilibrium):
+        most, apart = settings.most_in_contact, way.begin.analysis
+        return Followed(new, analyse(setup.problem, setup.space, new, way.phi, starts, apart=apart, most=most), stride)
+    found = _analysed(way, new, way.phi, starts)
+    if isinstance(found, Analysis | SelfIntersecting):
         return Followed(new, found, stride)
     starts, most = states_on(here, new), settings.most_on_new_mesh
     again = analyse(setup.problem, setup.space, new, here.analysis.phi, starts, most=most)
