@@ -75,15 +75,14 @@ def crossings_of(disc: Discretisation, crossed: SelfIntersecting) -> list[Crossi
     both = disc.skin.crossings(crossed.X + crossed.last.u)
     # Of a symmetric body, one of all images: with a place on the part that is solved.
     own = both.only(np.any(np.all(both.nodes < len(crossed.X), axis=2), axis=1))
+    left = own.at(disc.skin.whole.vectors(crossed.X))
     found: list[Crossing] = []
     times: list[int] = []
-    for places in own.at(disc.skin.whole.vectors(crossed.X)):
-        each = Crossing(crossed.task, places)
-        known = [number for number, other in enumerate(found) if _same(disc, each, other)]
-        if known:
-            times[known[0]] += 1
-        else:
-            found, times = [*found, each], [*times, 1]
+    while len(left):
+        near = _near(disc, left, left[0])
+        found.append(Crossing(crossed.task, left[0]))
+        times.append(int(np.count_nonzero(near)))
+        left = left[~near]
     return [found[number] for number in np.argsort(times)[::-1][: CROSSINGS.most]]
 
 
@@ -99,13 +98,13 @@ def joined(disc: Discretisation, known: Sequence[Crossing], new: Sequence[Crossi
 
 def is_known(disc: Discretisation, known: Iterable[Crossing], crossing: Crossing) -> bool:
     """Whether a crossing is near one that is known."""
-    return any(_same(disc, crossing, each) for each in known)
+    return any(each.task == crossing.task and _near(disc, each.places, crossing.places) for each in known)
 
 
-def _same(disc: Discretisation, one: Crossing, other: Crossing) -> bool:
-    """Whether both sides of two crossings are near to each other, in any order."""
-    near, sides = CROSSINGS.same * disc.morph.size, (other.places, other.places[::-1])
-    return one.task == other.task and any(np.linalg.norm(one.places - each, axis=1).max() <= near for each in sides)
+def _near(disc: Discretisation, places: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Whether places on both sides (…, 2, 3) are near to others (2, 3), in any order."""
+    away = np.array([np.linalg.norm(places - each, axis=-1).max(axis=-1) for each in (others, others[::-1])])
+    return away.min(axis=0) <= CROSSINGS.same * disc.morph.size
 
 
 def measured(disc: Discretisation, analysis: Analysis, crossings: Iterable[Crossing]) -> list[Measured]:

@@ -67,7 +67,13 @@ class Skin:
 
         The first (k, 2) of each pair is an end of an edge that goes through a triangle, the second a corner of that.
         """
-        return self._flat(self._fine_enough[-1]).crossings(self.whole.vectors(x))
+        places = self.whole.vectors(x)
+        found = self._flat(PARTS[0]).crossings(places)
+        beside = self._faces[np.isin(self._faces, found.nodes).any(axis=1)]
+        if not len(beside):
+            return found
+        finer = _Divided(beside, self._fine_enough[-1], self.whole.vectors(self._mesh.points)).crossings(places)
+        return finer if len(finer.nodes) else found
 
     def near(self, place: np.ndarray, reach: float, X: np.ndarray, size: float) -> Places:
         """The corners (n, 3) of flat triangles of the whole body whose middle is near a place, at least of one.
