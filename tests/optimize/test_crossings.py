@@ -10,8 +10,7 @@ from tiny import tiny
 from pneumorph.analysis import SelfIntersecting, gap_slope
 from pneumorph.mechanics import Equilibrium, Skin
 from pneumorph.optimize import DesignRejected, design
-from pneumorph.optimize.crossings import CROSSINGS, Crossing, crossings_of, joined, measured
-from pneumorph.optimize.iterate import Learnt, unpack_learnt
+from pneumorph.optimize.crossings import CROSSINGS, Crossing, crossings_of, joined, measured, pack, unpack
 from pneumorph.problem import loads
 from pneumorph.sensitivity import taylor_test
 from pneumorph.verify.solids import tube
@@ -127,13 +126,14 @@ def test_the_derivative_of_a_gap():
 
 
 def test_what_was_learnt_of_crossings_is_stored():
-    places = np.arange(12.0).reshape(2, 2, 3)
-    setup = SimpleNamespace(stepper=SimpleNamespace(unpack=lambda state: None), space=SimpleNamespace(n=4))
-    empty = SimpleNamespace(pack=dict)
-    learnt = Learnt(empty, empty, 1.0, (0.0,), crossings=tuple(map(Crossing, "ab", places)))
-    again = unpack_learnt(setup, learnt.pack())
-    assert [each.task for each in again.crossings] == ["a", "b"]
-    assert np.array_equal([each.places for each in again.crossings], places)
+    stored = pack([Crossing(task, places) for task, places in zip("ab", np.arange(12.0).reshape(2, 2, 3), strict=True)])
+    again = unpack(stored, ["a", "b", "c"])
+    assert [each.task for each in again] == ["a", "b"]
+    assert np.array_equal([each.places for each in again], stored["crossing places"])
+    assert [each.task for each in unpack(stored, ["b"])] == ["b"]
+    assert unpack(pack([]), ["a"]) == unpack({}, ["a"]) == ()
+    for places in (np.zeros((2, 3)), np.zeros((3, 2, 3)), np.full((2, 2, 3), np.nan), np.full((2, 2, 3), "x")):
+        assert unpack(stored | {"crossing places": places}, ["a", "b"]) == ()
 
 
 def test_designs_go_on_where_steps_would_make_the_body_intersect_itself():

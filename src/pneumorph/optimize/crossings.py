@@ -7,8 +7,9 @@ limits on states are. The gaps are measured again at every design from then on.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -52,6 +53,21 @@ class Crossing:
 
     task: str
     places: np.ndarray
+
+
+def pack(crossings: Sequence[Crossing]) -> dict[str, Any]:
+    """Arrays from which `unpack` restores crossings."""
+    places = np.reshape([each.places for each in crossings], (-1, 2, 3))
+    return {"crossing tasks": np.array([each.task for each in crossings], str), "crossing places": places}
+
+
+def unpack(arrays: Mapping[str, Any], tasks: Iterable[str]) -> tuple[Crossing, ...]:
+    """The crossings of a checkpoint, those in tasks of the problem; none of one that does not fit."""
+    names, places = (np.asarray(arrays.get(f"crossing {key}", ())) for key in ("tasks", "places"))
+    if places.dtype.kind != "f" or places.shape != (len(names), 2, 3) or not np.isfinite(places).all():
+        return ()
+    known = set(tasks)
+    return tuple(Crossing(str(name), each) for name, each in zip(names, places, strict=True) if str(name) in known)
 
 
 @dataclass(frozen=True, eq=False)

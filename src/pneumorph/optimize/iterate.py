@@ -21,6 +21,7 @@ from pneumorph.analysis import (
 )
 from pneumorph.limits.report import LimitReport
 from pneumorph.mechanics import rest
+from pneumorph.optimize import crossings
 from pneumorph.optimize.buckling import LateralStability, judge_closely
 from pneumorph.optimize.clock import Clock
 from pneumorph.optimize.crossings import Crossing, joined, measured
@@ -102,8 +103,7 @@ class Learnt:
             "values": np.array(self.objectives),
             "looked": self.looked,
             "at_rest": self.at_rest,
-            "crossing tasks": np.array([each.task for each in self.crossings], str),
-            "crossing places": np.reshape([each.places for each in self.crossings], (-1, 2, 3)),
+            **crossings.pack(self.crossings),
             **self.stepper.pack(),
             **self.curvature.pack(),
         }
@@ -120,7 +120,7 @@ def unpack_learnt(setup: Setup, state: Mapping[str, Any]) -> Learnt:
         float(state.get("stride", TrialSettings.stride)),
         looked=np.asarray(state.get("looked", np.zeros(0))),
         at_rest=state.get("at_rest"),
-        crossings=tuple(map(Crossing, map(str, state.get("crossing tasks", ())), state.get("crossing places", ()))),
+        crossings=crossings.unpack(state, (task.name for task in setup.problem.task)),
     )
 
 
@@ -225,8 +225,8 @@ def evaluate(setup: Setup, number: int, design: AnalysedDesign, learnt: Learnt, 
     # Designs are compared by their objective from the first one on that satisfies the limits on states.
     objectives = () if states.violated else (*learnt.objectives, design.analysis.value)
     at_rest = _at_rest(setup.problem, design) if learnt.at_rest is None else learnt.at_rest
-    crossings = tuple(each.crossing for each in gaps)
-    learnt = replace(learnt, objectives=objectives, at_rest=at_rest, crossings=crossings)
+    known = tuple(each.crossing for each in gaps)
+    learnt = replace(learnt, objectives=objectives, at_rest=at_rest, crossings=known)
     took = clock.seconds()["total"] if number else 0.0
     return Iterate(number, design, learnt, slopes, states, optimality, took=took)
 
@@ -263,17 +263,17 @@ def with_lateral_stiffness(setup: Setup, current: Iterate, clock: Clock) -> Iter
     return _with_rows(setup, replace(current, design=replace(current.design, lateral=lateral)), clock)
 
 
-def with_gaps(setup: Setup, current: Iterate, crossings: Sequence[Crossing], clock: Clock) -> Iterate:
+def with_gaps(setup: Setup, current: Iterate, new: Sequence[Crossing], clock: Clock) -> Iterate:
     """The iterate with gaps, linearised, which keep the next step from making the body intersect itself.
 
     Parameters
     ----------
     setup, current : of the run.
-    crossings : where the body of a trial would.
+    new : where the body of a trial would.
     clock : counts the time.
     """
-    crossings = joined(current.disc, current.learnt.crossings, crossings)
-    return _with_rows(setup, current.learning(crossings=crossings), clock)
+    known = joined(current.disc, current.learnt.crossings, new)
+    return _with_rows(setup, current.learning(crossings=known), clock)
 
 
 def _with_rows(setup: Setup, current: Iterate, clock: Clock) -> Iterate:
