@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from designing import BRIEFLY, accepted, analysed, solved
+from texts import problem_text
 from tiny import tiny
 
 from pneumorph.analysis import SelfIntersecting, gap_slope
@@ -19,23 +20,8 @@ LENGTH = 3.0
 RING = tube(8, 9.5, LENGTH, (1, 96, 1))
 """Its inner surface is 16 mm wide."""
 
-BELLOWS = """
-[material]
-model = "neo-hookean"
-shear_modulus = "0.15 MPa"
-bulk_modulus = "1.5 MPa"
-density = "1.1 g/cm^3"
-[body]
-length = "29 mm"
-radius = "10 mm"
-control_density = "0.4 /mm"
-ripple = { amplitude = "2.5 mm", period = "11 mm" }
-symmetry = { rotation = 6 }
-[[body.chamber]]
-name = "A"
-radius = "7.5 mm"
-center = ["0 mm", "0 mm"]
-span = ["3 mm", "26 mm"]
+BELLOWS = problem_text(
+    """
 [end_effector]
 kind = "plate"
 hold = ["shift_x", "shift_y", "bending_x", "bending_y"]
@@ -53,7 +39,14 @@ margin = 1
 size = "5 mm"
 [optimizer]
 iterations = 3
-"""
+""",
+    length=29,
+    radius=10,
+    chambers=(("A", 7.5, "0 mm", "0 mm"),),
+    body='control_density = "0.4 /mm"\nripple = { amplitude = "2.5 mm", period = "11 mm" }\n'
+    "symmetry = { rotation = 6 }",
+    material='model = "neo-hookean"\nshear_modulus = "0.15 MPa"\nbulk_modulus = "1.5 MPa"\ndensity = "1.1 g/cm^3"',
+)
 """A bellows that contracts under vacuum until its folds would go through each other."""
 
 

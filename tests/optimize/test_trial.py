@@ -7,7 +7,7 @@ import pytest
 from tiny import tiny
 
 from pneumorph.analysis import analyse, predict_states
-from pneumorph.mechanics import NoEquilibrium
+from pneumorph.mechanics import NoEquilibrium, Skin
 from pneumorph.mesh import poor, relax
 from pneumorph.optimize import trial, way
 from pneumorph.optimize.buckling import judge
@@ -71,6 +71,25 @@ def test_a_step_in_parts_ends_where_the_whole_one_does(start, new, monkeypatch):
         assert asked[1] == pytest.approx(0.5 * (now.analysis.phi + phi))
         assert asked[2] == pytest.approx(phi)
         assert parts.stride == pytest.approx(0.5 * way_to(start, phi).length, rel=0.6)
+
+
+def test_a_body_that_would_intersect_itself_on_a_new_mesh_ends_the_way(start, monkeypatch):
+    """Though it does so before the step there too: not on the mesh before."""
+    setup, _ = start
+    phi = setup.space.start + 0.1 * np.random.default_rng(0).normal(size=setup.space.n)
+    monkeypatch.setattr(trial, "needs_remesh", lambda *given: "asked for")
+    monkeypatch.setattr(Skin, "intersects_itself", lambda self, x: True)
+    asked = []
+
+    def not_at_once(*given, **options):
+        asked.append(given)
+        return NoEquilibrium("not at once", 0.0, None) if len(asked) == 1 else analyse(*given, **options)
+
+    monkeypatch.setattr(way, "analyse", not_at_once)
+    found = tried(start, phi)
+    assert found.remeshed and found.analysis is None
+    assert found.crossed.task == "extend" and found.reason == "the body would self-intersect"
+    assert len(asked) == 2
 
 
 def test_a_long_step_is_followed_in_parts_that_grow(start, monkeypatch):

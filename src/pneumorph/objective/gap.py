@@ -14,7 +14,7 @@ from pneumorph.mechanics.elements.kinematics import State
 
 @dataclass(frozen=True, eq=False)
 class Gap:
-    """What nodes move by, weighted: `weights` (N, 3) of the deformed places of all nodes."""
+    """A sum of the deformed places of all nodes with `weights` (N, 3): one place less another, along a direction."""
 
     weights: np.ndarray
     by_pressure: Mapping[str, float] = field(default_factory=dict)

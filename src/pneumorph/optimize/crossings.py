@@ -71,8 +71,8 @@ def unpack(arrays: Mapping[str, Any], tasks: Iterable[str]) -> tuple[Crossing, .
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
-    """A gap of a design: its width (mm), the same as a function of states on its mesh, and its places there."""
+class MeasuredGap:
+    """A gap of a design: its width (mm), the same as a function of states on its mesh, and where it is."""
 
     width: float
     gap: Gap
@@ -123,7 +123,7 @@ def _near(disc: Discretisation, places: np.ndarray, others: np.ndarray) -> np.nd
     return away.min(axis=0) <= CROSSINGS.same * disc.morph.size
 
 
-def measured(disc: Discretisation, analysis: Analysis, crossings: Iterable[Crossing]) -> list[Measured]:
+def measured(disc: Discretisation, analysis: Analysis, crossings: Iterable[Crossing]) -> list[MeasuredGap]:
     """The gaps of a design, each once; those that are closed are left out.
 
     Parameters
@@ -131,7 +131,7 @@ def measured(disc: Discretisation, analysis: Analysis, crossings: Iterable[Cross
     disc, analysis : the mesh of the design, and its states.
     crossings : near which they are.
     """
-    gaps: list[Measured] = []
+    gaps: list[MeasuredGap] = []
     for each in crossings:
         found = _measured(disc, analysis, each)
         if found is not None and not is_known(disc, (gap.crossing for gap in gaps), found.crossing):
@@ -139,7 +139,7 @@ def measured(disc: Discretisation, analysis: Analysis, crossings: Iterable[Cross
     return gaps
 
 
-def _measured(disc: Discretisation, analysis: Analysis, crossing: Crossing) -> Measured | None:
+def _measured(disc: Discretisation, analysis: Analysis, crossing: Crossing) -> MeasuredGap | None:
     whole, size = disc.skin.whole, disc.morph.size
     at_rest, x = (whole.vectors(part) for part in (analysis.X, analysis.X + analysis.equilibria[crossing.task].u))
     one, other = crossing.places
@@ -151,7 +151,7 @@ def _measured(disc: Discretisation, analysis: Analysis, crossing: Crossing) -> M
     weights = np.zeros_like(analysis.X)
     for end, along in zip(ends, (across / width, -across / width), strict=True):
         np.add.at(weights, whole.source[end.nodes], end.weights[:, None] * (along @ whole.turn[end.nodes]))
-    return Measured(width, Gap(weights), Crossing(crossing.task, np.array([end.at(at_rest) for end in ends])))
+    return MeasuredGap(width, Gap(weights), Crossing(crossing.task, np.array([end.at(at_rest) for end in ends])))
 
 
 def _nearest(x: np.ndarray, one: Places, other: Places) -> tuple[Places, Places]:
@@ -164,7 +164,7 @@ def _nearest(x: np.ndarray, one: Places, other: Places) -> tuple[Places, Places]
 
 
 def gap_rows(
-    space: DesignSpace, disc: Discretisation, analysis: Analysis, gaps: Sequence[Measured]
+    space: DesignSpace, disc: Discretisation, analysis: Analysis, gaps: Sequence[MeasuredGap]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rows c (k,) and J (k, n) of c + J Ψ ≤ 0, over the size of elements: c is what a step is to leave, less the gap.
 

@@ -40,7 +40,7 @@ from pneumorph.limits.kinds.states import (
 from pneumorph.limits.limit import ROUNDING, Limit
 from pneumorph.limits.report import without_rounding
 from pneumorph.optimize.buckling import LateralStability, lateral_rows
-from pneumorph.optimize.crossings import Measured, gap_rows
+from pneumorph.optimize.crossings import MeasuredGap, gap_rows
 from pneumorph.optimize.within import Kept
 from pneumorph.problem import Problem
 from pneumorph.sensitivity import BEYOND
@@ -230,7 +230,7 @@ def linear_states(
     disc: Discretisation,
     analysis: Analysis,
     lateral: LateralStability | None = None,
-    gaps: Sequence[Measured] = (),
+    gaps: Sequence[MeasuredGap] = (),
 ) -> StateLimits:
     """The limits on the states of an analysed design, linearised by an adjoint or a few for each task.
 
@@ -245,7 +245,7 @@ def linear_states(
     analysis : Analysis
     lateral : LateralStability, optional
         How it stands lateral motions.
-    gaps : sequence of Measured
+    gaps : sequence of MeasuredGap
         Where steps would have made it intersect itself.
     """
     states = no_states(space.n)

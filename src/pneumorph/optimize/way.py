@@ -218,14 +218,15 @@ def follow_on(way: Way, known: Followed, new: Discretisation, starts: Mapping[st
     starts : the states that are predicted for the new design, on it.
     """
     setup, settings, here, stride = way.setup, way.setup.settings.trial, known.here, known.stride
+    apart = way.begin.analysis
     if new.model.contact is not None:
-        most, apart = settings.most_in_contact, way.begin.analysis
+        most = settings.most_in_contact
         return Followed(new, analyse(setup.problem, setup.space, new, way.phi, starts, apart=apart, most=most), stride)
     found = _analysed(way, new, way.phi, starts)
     if isinstance(found, Analysis | SelfIntersecting):
         return Followed(new, found, stride)
     starts, most = states_on(here, new), settings.most_on_new_mesh
-    again = analyse(setup.problem, setup.space, new, here.analysis.phi, starts, most=most)
+    again = analyse(setup.problem, setup.space, new, here.analysis.phi, starts, apart=apart, most=most)
     if isinstance(again, NoEquilibrium):
         return Followed(new, again, stride)
     rest = _along(Way(setup, Place(new, again), new, way.phi), stride)
