@@ -9,10 +9,13 @@ from pneumorph.errors import MeshError
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.geometry.tube.variables import build_design_space
 from pneumorph.mesh import needs_remesh, scaled_jacobian, unfold
+from pneumorph.mesh.tets import TRIANGLE_EDGES
 from pneumorph.mesh.tube import mesh_body
+from pneumorph.mesh.tube.finer import with_divided_edges
+from pneumorph.mesh.tube.surface import surface_mesh
 from pneumorph.problem import Problem
 from pneumorph.symmetry.operations import turned
-from pneumorph.symmetry.part import sector, turns_of
+from pneumorph.symmetry.part import onwards, sector, turns_of
 
 
 def problem(turns: int, radius: float, *centres: tuple[float, float], ends: str = "flat") -> Problem:
@@ -76,6 +79,20 @@ def test_unfolded_it_is_whole(case) -> None:
         where = mesh.points[mesh.faces[f"chamber {chamber.name}"]].mean(axis=(0, 1))
         np.testing.assert_allclose(where[:2], chamber.net.mean(axis=(0, 1))[:2], atol=0.3)
     assert unfold(morph.mesh, keep=part).mesh is morph.mesh
+
+
+def test_divided_surfaces_are_those_of_a_sector(case) -> None:
+    body, part, _, _, _, _ = case
+    P, turns = body.control_points(), turns_of(part)
+    mesh = surface_mesh(body, 4.0, part=part)
+    along = np.intersect1d(mesh.seam[:, 0], mesh.triangles[:, 3:])
+    finer = with_divided_edges(mesh, P, np.union1d(along[::3], np.unique(mesh.triangles[:, 3:])[::31]))
+    assert len(finer.seam) >= len(mesh.seam) + 2 * len(along[::3])
+    first, last = (finer.B @ P)[finer.seam.T]
+    np.testing.assert_allclose(first @ onwards(turns).T, last, atol=1e-9)
+    edges = np.concatenate([finer.triangles[:, TRIANGLE_EDGES], finer.triangles[:, 3:, None]], axis=2).reshape(-1, 3)
+    middles, count = np.unique(edges[:, 2], return_counts=True)
+    assert set(middles[count == 1]) == set(np.intersect1d(finer.seam, middles))
 
 
 def test_the_morph_is_affine_and_keeps_the_images(case) -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
+from pneumorph.mesh.longest import Edges, divided, edges_of
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.refine import LOCAL, NODES_OF_TRIANGLE, Parts, Refined, covered_parts
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TURNED, Covered, TetMesh, is_cut, tet_shape
@@ -31,18 +32,15 @@ class Bisected(Refined):
 def bisected(mesh: TetMesh, marked: np.ndarray) -> Bisected:
     """Divide elements into eight, and others as far as it is needed.
 
-    An element whose longest edge is whole is divided there before any other of its edges is (Rivara 1984, International
-    Journal for Numerical Methods in Engineering 20, 745–756), so that shapes stay about as they were.
-
     Parameters
     ----------
     mesh : TetMesh
     marked : (m,) int
         The elements of which every edge is divided.
     """
-    edges = _edges(mesh, marked)
+    edges = edges_of(mesh.tets, TET_EDGES, mesh.points, mesh.tied, mesh.tets[marked, 4:])
     count = len(mesh.points)
-    parts = _divided(mesh.tets[:, :4], LOCAL[:4], TET_EDGES, edges)
+    parts = divided(mesh.tets[:, :4], LOCAL[:4], TET_EDGES, edges)
     ends = parts.corners[:, TET_EDGES]
     keys = edges.key(ends[..., 0], ends[..., 1])
     at = edges.place(keys)
@@ -58,9 +56,7 @@ def bisected(mesh: TetMesh, marked: np.ndarray) -> Bisected:
 
     def between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """The nodes in the middle of edges of the finer mesh."""
-        keys = edges.key(one, other)
-        at = edges.place(keys)
-        return np.where(at >= 0, edges.middle[at], count + np.searchsorted(fresh, keys))
+        return edges.between(one, other, fresh)
 
     def quadratic(corners: np.ndarray) -> np.ndarray:
         """Six-node triangles with the given corners (n, 3)."""
@@ -68,7 +64,7 @@ def bisected(mesh: TetMesh, marked: np.ndarray) -> Bisected:
         return np.concatenate([corners, between(ends[..., 0], ends[..., 1])], axis=1)
 
     def triangles(whole: np.ndarray) -> Parts:
-        return _divided(whole[:, :3], NODES_OF_TRIANGLE[:3], TRIANGLE_EDGES, edges)
+        return divided(whole[:, :3], NODES_OF_TRIANGLE[:3], TRIANGLE_EDGES, edges)
 
     faces = {name: quadratic(triangles(face).corners) for name, face in mesh.faces.items()}
     images = np.arange(count)
@@ -153,88 +149,6 @@ def as_fine_as(morph: Morph, P: np.ndarray, mesh: TetMesh, heights: Sequence[flo
     return morph
 
 
-@dataclass(frozen=True, eq=False)
-class _Edges:
-    """The edges of a mesh by the keys of their ends, sorted; their middle nodes; which are divided, in which order.
-
-    The `rank` of those that stay whole is −1.
-    """
-
-    keys: np.ndarray
-    middle: np.ndarray
-    rank: np.ndarray
-    count: int
-
-    def key(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """The keys of edges by their ends."""
-        return np.minimum(one, other) * self.count + np.maximum(one, other)
-
-    def place(self, keys: np.ndarray) -> np.ndarray:
-        """Where edges are among these; −1 of others."""
-        at = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
-        return np.where(self.keys[at] == keys, at, -1)
-
-    def ends(self, at: np.ndarray) -> np.ndarray:
-        """Both ends (n, 2) of edges."""
-        return np.column_stack(np.divmod(self.keys[at], self.count))
-
-
-def _edges(mesh: TetMesh, marked: np.ndarray) -> _Edges:
-    """The edges of a mesh, and which are divided so that all those of the marked elements are."""
-    count = len(mesh.points)
-    ends = np.sort(mesh.tets[:, :4][:, TET_EDGES], axis=-1)
-    keys, first, of = np.unique((ends[..., 0] * count + ends[..., 1]).ravel(), True, True)
-    of, middle = of.reshape(-1, 6), mesh.tets[:, 4:].ravel()[first]
-    one, other = np.divmod(keys, count)
-    edges = _Edges(keys, middle, np.full(len(keys), -1), count)
-    # In a sector, edges of the second cut are divided as those of the first are, whose images they are.
-    nodes, sources = mesh.tied
-    origin = np.arange(count)
-    origin[nodes] = sources
-    twin = edges.place(edges.key(origin[one], origin[other]))
-    own = np.arange(len(keys))
-    twin = np.where(twin >= 0, twin, own)
-    length = np.linalg.norm(mesh.points[one] - mesh.points[other], axis=1)
-    order = np.argsort(np.argsort(length, kind="stable"))
-    rank = np.argsort(np.lexsort((twin != own, order[twin])))
-    longest = of[np.arange(len(of)), rank[of].argmax(axis=1)]
-    split = np.zeros(len(keys), bool)
-    split[of[marked]] = True
-    while True:
-        split[longest[split[of].any(axis=1)]] = True
-        before = split.sum()
-        np.logical_or.at(split, twin, split.copy())
-        split |= split[twin]
-        if split.sum() == before and split[longest[split[of].any(axis=1)]].all():
-            break
-    return replace(edges, rank=np.where(split, rank, -1))
-
-
-def _divided(corners: np.ndarray, local: np.ndarray, pairs: np.ndarray, edges: _Edges) -> Parts:
-    """The parts of simplices with these corners (n, k), of which the longest edge is always divided first."""
-    owner, places = np.arange(len(corners)), np.repeat(local[None], len(corners), axis=0)
-    while True:
-        ends = corners[:, pairs]
-        at = edges.place(edges.key(ends[..., 0], ends[..., 1]))
-        rank = np.where(at >= 0, edges.rank[at], -1)
-        which = rank.argmax(axis=1)
-        todo = np.flatnonzero(rank[np.arange(len(rank)), which] >= 0)
-        if not len(todo):
-            order = np.argsort(owner, kind="stable")
-            return Parts(owner[order], corners[order], places[order])
-        (i, j), row = pairs[which[todo]].T, np.arange(len(todo))
-        halves = []
-        for end in (i, j):
-            half, at_half = corners[todo], places[todo]
-            half[row, end] = edges.middle[at[todo, which[todo]]]
-            at_half[row, end] = 0.5 * (places[todo, i] + places[todo, j])
-            halves.append((owner[todo], half, at_half))
-        rest = np.ones(len(owner), bool)
-        rest[todo] = False
-        kept = (owner[rest], corners[rest], places[rest])
-        owner, corners, places = (np.concatenate(each) for each in zip(kept, *halves, strict=True))
-
-
 def _linear(mesh: TetMesh, count: int, middle: np.ndarray, ends: np.ndarray) -> sparse.csr_array:
     """See `Refined.linear`."""
     own = np.unique(mesh.tets[:, :4])
@@ -243,7 +157,7 @@ def _linear(mesh: TetMesh, count: int, middle: np.ndarray, ends: np.ndarray) -> 
     return sparse.csr_array((entries, places), (count, len(mesh.points)))
 
 
-def _caps(caps: np.ndarray, edges: _Edges, between) -> np.ndarray:
+def _caps(caps: np.ndarray, edges: Edges, between) -> np.ndarray:
     """Divided where their curved edges are: nodes are a centre, both ends of the edge, and its middle."""
     _, one, other, _ = caps.T
     at = edges.place(edges.key(one, other))

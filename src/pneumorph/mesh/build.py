@@ -31,6 +31,12 @@ _WORST = 0.02
 _FEW = 1e-3
 """Share of elements below that quality up to which nodes slide along surfaces: smaller elements everywhere would cost
 far more. Where there are more, the surfaces are too coarse, and nodes that slide would change the body."""
+_SOUND = 0.1
+"""Quality below which the edges that an element has on surfaces are divided: where curved triangles on both sides of a
+wall come near each other, smaller ones are less curved."""
+_MANY, _MORE = 0.05, 1.2
+"""Share of elements below that quality, and growth of the number of all, from which nothing more is divided: smaller
+elements everywhere cost as much."""
 _FLAT = 1e-9
 """Quality, of either sign, below which an element with straight edges counts as flat."""
 
@@ -77,21 +83,24 @@ class Boundary(Triangulation):
 
 
 def mesh_within(
-    bound: Callable[[Body, float, float], Boundary],
+    bound: Callable[[Body, float, float, Sequence[np.ndarray]], Boundary],
     body: Body,
     size: float,
     finest: float = 0.0,
     beginnings: Sequence[float] = (0.0,),
     heights: Sequence[float] = (),
+    times: int = 0,
 ) -> Morph:
     """Mesh a body with quadratic tetrahedra.
 
-    If chords of a coarse triangulation cross, or an element is inverted when curved, finer ones are tried.
+    If chords of a coarse triangulation cross, or an element is inverted when curved, finer ones are tried. Where few
+    elements are poor, only edges of surfaces beside them are divided.
 
     Parameters
     ----------
-    bound : function of the body, a factor on all edge lengths, and one of the `beginnings`
-        Returns the triangles of the body; raises MeshError where it cannot.
+    bound : function of the body, a factor on all edge lengths, one of the `beginnings`, and edges
+        Returns the triangles of the body; raises MeshError where it cannot. Edges are those of surfaces that are
+        divided, one set after another, given by the nodes (k,) in their middle.
     body : Body
     size : float
         Approximate edge length, mm.
@@ -101,6 +110,8 @@ def mesh_within(
         Where a sector may begin, as far as tried; see `mesh.tube`.
     heights : sequence of float
         See `build_morph`.
+    times : int
+        How often edges of surfaces may be divided beside poor elements.
 
     Raises
     ------
@@ -112,25 +123,40 @@ def mesh_within(
     reason = MeshError("no attempt was made")
     factors = [factor for factor in _FINER if factor == 1.0 or factor * size >= finest]
     for finer, begin in product(factors, beginnings):
-        stop_if_asked()
-        try:
-            boundary = bound(body, finer, begin)
-            straight = fill(boundary.solids, boundary.faces, boundary.nodes, finer * size)
-            # Elements that are inverted while straight may be sound when curved; those of no volume have no gradients.
-            if np.abs(scaled_jacobian(straight.points, straight.tets)).min() < _FLAT:
-                raise MeshError("the mesh has a flat element")
-            straight, B, offset = boundary.followed(straight)
-        except MeshError as error:
-            reason = error
-            continue
-        result = relax(build_morph(straight, B, offset, exact, finer * size, boundary.param, heights), exact)
-        poor = np.count_nonzero(_quality(result, exact) <= _WORST)
-        if 0 < poor <= _FEW * len(result.mesh.tets):
-            result = slide(result, exact)
-        if (worst := _quality(result, exact).min()) > _WORST:
-            return replace(result, mesh=result.at(exact))
-        reason = MeshError(f"the mesh has an element of quality {worst:.2g}")
+        best, quality, divided, most = None, _WORST, [], 0.0
+        for _ in range(times + 1):
+            stop_if_asked()
+            try:
+                morph = _filled(bound(body, finer, begin, divided), exact, finer * size, heights)
+            except MeshError as error:
+                reason = error
+                break
+            each = _quality(morph, exact)
+            if each.min() > quality:
+                best, quality = morph, each.min()
+            reason = MeshError(f"the mesh has an element of quality {each.min():.2g}")
+            poor = each < _SOUND
+            most = most or _MORE * len(poor)
+            middles = np.intersect1d(morph.mesh.tets[poor, 4:], morph.surface_edges[:, 2])
+            if not len(middles) or np.count_nonzero(poor) > _MANY * len(poor) or len(poor) > most:
+                break
+            divided.append(middles)
+        if best is not None:
+            return replace(best, mesh=best.at(exact))
     raise MeshError(f"{reason}; surfaces may touch, or the mesh size of {size:g} mm may be too coarse for the walls")
+
+
+def _filled(boundary: Boundary, exact: np.ndarray, size: float, heights: Sequence[float]) -> Morph:
+    """The morph of a boundary that is filled with elements, with nodes moved where that makes them less poor."""
+    straight = fill(boundary.solids, boundary.faces, boundary.nodes, size)
+    # Elements that are inverted while straight may be sound when curved; those of no volume have no gradients.
+    if np.abs(scaled_jacobian(straight.points, straight.tets)).min() < _FLAT:
+        raise MeshError("the mesh has a flat element")
+    straight, B, offset = boundary.followed(straight)
+    morph = relax(build_morph(straight, B, offset, exact, size, boundary.param, heights), exact)
+    if 0 < np.count_nonzero(_quality(morph, exact) <= _WORST) <= _FEW * len(morph.mesh.tets):
+        morph = slide(morph, exact)
+    return morph
 
 
 def _quality(morph: Morph, P: np.ndarray) -> np.ndarray:
@@ -149,7 +175,7 @@ class SurfaceMesher:
         """Mesh a body, see `mesh_within`."""
         return mesh_within(self._bound, body, self.size, finest)
 
-    def _bound(self, body: Body[TriangulatedSurface], finer: float, _: float) -> Boundary:
+    def _bound(self, body: Body[TriangulatedSurface], finer: float, *_: object) -> Boundary:
         parts = [surface.triangulation(finer * self.size) for surface in body.surfaces]
         faces: dict[str, np.ndarray] = {}
         first = 0

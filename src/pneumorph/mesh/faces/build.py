@@ -74,7 +74,7 @@ class FacesMesher:
         """Mesh a body, see `mesh_within`."""
         return mesh_within(self._bound, body, self.size, finest)
 
-    def _bound(self, body: Body[LatticeSurface], finer: float, _: float) -> Boundary:
+    def _bound(self, body: Body[LatticeSurface], finer: float, *_: object) -> Boundary:
         size = finer * self.size
         found, parts, covers = self._of_part(size) if self.part else self._of_all(size)
         faces = {self._named(name): found.triangles[own] for name, own in parts.triangles.items() if len(own)}

@@ -20,6 +20,7 @@ from pneumorph.mesh.cut import with_cut_regions
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.tets import TetMesh
 from pneumorph.mesh.tube.cover import covered
+from pneumorph.mesh.tube.finer import with_divided_edges
 from pneumorph.mesh.tube.section import with_sections
 from pneumorph.mesh.tube.sector import with_sector
 from pneumorph.mesh.tube.surface import beginnings, surface_mesh
@@ -27,6 +28,8 @@ from pneumorph.mesh.tube.wedge import Inside, following, named, with_half_planes
 from pneumorph.symmetry.part import Part, turns_of
 
 _TURN = np.radians(45)
+_TIMES = 5
+"""How often edges of surfaces are divided beside poor elements, at most."""
 
 
 @dataclass(frozen=True)
@@ -118,8 +121,10 @@ def mesh_body(
     """
     turns = turns_of(part)
 
-    def bound(body: Body[TubeSurface], finer: float, begin: float) -> TubeBoundary:
+    def bound(body: Body[TubeSurface], finer: float, begin: float, divided: Sequence[np.ndarray]) -> TubeBoundary:
         surface = surface_mesh(body, finer * size, finer * _TURN, part, linings, levels, wedges, begin)
+        for middles in divided:
+            surface = with_divided_edges(surface, body.control_points(), middles)
         nodes = surface.B @ body.control_points() + surface.offset
         solids, nodes, inside = with_half_planes(surface.solids, nodes, wedges, finer * size)
         if turns > 1:
@@ -134,4 +139,4 @@ def mesh_body(
 
     rounded = body.with_control_points(np.round(body.control_points(), DECIMALS))
     heights = [level.height for level in levels]
-    return mesh_within(bound, body, size, finest, beginnings(rounded, part), heights)
+    return mesh_within(bound, body, size, finest, beginnings(rounded, part), heights, times=_TIMES)
