@@ -137,7 +137,7 @@ def mesh_within(
             reason = MeshError(f"the mesh has an element of quality {each.min():.2g}")
             poor = each < _SOUND
             most = most or _MORE * len(poor)
-            middles = np.intersect1d(morph.mesh.tets[poor, 4:], morph.surface_edges[:, 2])
+            middles = _beside(morph, morph.mesh.tets[poor])
             if not len(middles) or np.count_nonzero(poor) > _MANY * len(poor) or len(poor) > most:
                 break
             divided.append(middles)
@@ -157,6 +157,13 @@ def _filled(boundary: Boundary, exact: np.ndarray, size: float, heights: Sequenc
     if 0 < np.count_nonzero(_quality(morph, exact) <= _WORST) <= _FEW * len(morph.mesh.tets):
         morph = slide(morph, exact)
     return morph
+
+
+def _beside(morph: Morph, poor: np.ndarray) -> np.ndarray:
+    """Nodes in the middle of edges of surfaces that poor elements (n, 10) have, or at least touch."""
+    one, other, middle = morph.surface_edges.T
+    own = np.isin(middle, poor[:, 4:])
+    return middle[own if own.any() else np.isin(one, poor[:, :4]) | np.isin(other, poor[:, :4])]
 
 
 def _quality(morph: Morph, P: np.ndarray) -> np.ndarray:
