@@ -37,6 +37,9 @@ wall come near each other, smaller ones are less curved."""
 _MANY, _MORE = 0.05, 1.2
 """Share of elements below that quality, and growth of the number of all, from which nothing more is divided: smaller
 elements everywhere cost as much."""
+_LEAST = 1500
+"""Number of elements from which on edges are divided: where there are few, smaller ones everywhere cost little, and are
+as alike as the body is symmetric. A tube of 472 elements, some of them divided, would balloon beside these first."""
 _FLAT = 1e-9
 """Quality, of either sign, below which an element with straight edges counts as flat."""
 
@@ -135,10 +138,9 @@ def mesh_within(
             if each.min() > quality:
                 best, quality = morph, each.min()
             reason = MeshError(f"the mesh has an element of quality {each.min():.2g}")
-            poor = each < _SOUND
-            most = most or _MORE * len(poor)
-            middles = _beside(morph, morph.mesh.tets[poor])
-            if not len(middles) or np.count_nonzero(poor) > _MANY * len(poor) or len(poor) > most:
+            poor = morph.mesh.tets[each < _SOUND]
+            middles, most = _beside(morph, poor), most or _MORE * len(each)
+            if not len(middles) or len(poor) > _MANY * len(each) or not _LEAST <= len(each) <= most:
                 break
             divided.append(middles)
         if best is not None:
