@@ -1,5 +1,7 @@
 """Edges of surfaces divided beside poor elements: surfaces keep their shape, fit together, and are as symmetric."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,8 +39,10 @@ def test_divided_surfaces_keep_their_shape_and_are_closed(name: str, request: py
 
 
 @pytest.mark.parametrize("name", ["tube", "bellows"])
-def test_parameters_stay_those_of_the_nodes(name: str, request: pytest.FixtureRequest) -> None:
+@pytest.mark.parametrize("chamber", ["A", "tip"])
+def test_parameters_stay_those_of_the_nodes(name: str, chamber: str, request: pytest.FixtureRequest) -> None:
     body: Body = request.getfixturevalue(name)
+    body = replace(body, chambers=(replace(body.chambers[0], name=chamber),))
     mesh, P = surface_mesh(body, 3.0), body.control_points()
     finer = with_divided_edges(mesh, P, some_middles(mesh))
     nodes = finer.B @ P

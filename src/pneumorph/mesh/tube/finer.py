@@ -15,6 +15,7 @@ from pneumorph.mesh.longest import Edges, divided, edges_of
 from pneumorph.mesh.refine import NODES_OF_TRIANGLE, Parts
 from pneumorph.mesh.tets import TRIANGLE_EDGES, chambers_of, triangle_shape
 from pneumorph.mesh.tube.surface import SurfaceMesh
+from pneumorph.problem.reinforcement import EXTERIOR
 
 
 def with_divided_edges(surface: SurfaceMesh, P: np.ndarray, middles: np.ndarray) -> SurfaceMesh:
@@ -66,8 +67,10 @@ def _parts(triangles: np.ndarray, edges: Edges) -> Parts:
 
 def _of_tube(surface: SurfaceMesh, name: str) -> np.ndarray:
     """The triangles (nf, 6) of a tube, with the parameters of that name."""
-    faces = surface.faces
-    face = faces[name] if name in faces else next(own for key, own in faces.items() if chambers_of(key)[:1] == (name,))
+    if name == EXTERIOR:
+        face = surface.faces[name]
+    else:
+        face = next(own for face, own in surface.faces.items() if chambers_of(face)[:1] == (name,))
     return face[: len(surface.param[name])]
 
 
