@@ -76,6 +76,17 @@ def test_a_step_moves_a_pressure_by_a_tenth_of_its_range(space):
     assert np.all(np.isinf(space.lower[:-2]))
 
 
+def test_what_is_nearer_to_a_bound_than_rounding_is_on_it(space):
+    phi = space.start.copy()
+    phi[-2:] = space.lower[-2] + 1e-15, space.upper[-1] - 1e-15
+    held = space.within_bounds(phi)
+    assert held[-2] == space.lower[-2] and held[-1] == space.upper[-1]
+    np.testing.assert_array_equal(held[:-2], phi[:-2])
+    phi[-2:] = space.lower[-2] - 1.0, space.upper[-1] - 1e-9
+    held = space.within_bounds(phi)
+    assert held[-2] == space.lower[-2] and held[-1] == phi[-1]
+
+
 @given(st.lists(st.integers(-1, 4), min_size=1, max_size=20))
 def test_tied_coordinates_are_fixed_or_move_as_one(numbers):
     found, variable = np.unique(numbers, return_inverse=True)

@@ -25,6 +25,8 @@ ByTask = Mapping[str, Mapping[str, float]]
 # The whole range of a variable that is no shape in mm of Φ: a step of 0.2 mm changes it by a tenth of its range.
 SPAN = 2.0
 
+_ROUNDING = 1e-12  # mm of Φ that rounding errors of a step may leave between a variable and its bound
+
 
 @dataclass(frozen=True)
 class FreePressure:
@@ -117,6 +119,11 @@ class DesignSpace:
     def n_shape(self) -> int:
         """Number of variables that move control points; the rest are pressures, and data of sheets and fibres."""
         return len(self.start) - len(self.free_pressures) - len(self.free_data)
+
+    def within_bounds(self, phi: Array) -> Array:
+        """Φ (n,) with every variable within its bounds, and at one from which it is no farther than rounding errors."""
+        above = np.where(phi > self.lower + _ROUNDING, phi, self.lower)
+        return np.where(above < self.upper - _ROUNDING, above, self.upper)
 
     def control_points(self, phi: Array) -> Array:
         """Control points (n_points, 3) in mm."""

@@ -75,7 +75,7 @@ class Setup:
     def within(self, phi: np.ndarray, reach: float = np.inf, kept: Kept | None = None) -> Within | LimitReport:
         """The design nearest to Φ (n,) that satisfies every limit on the shape, see `within.within`."""
         # Steps are smooth, so bounds of the shape may be passed by them.
-        start = np.clip(phi, self.space.lower, self.space.upper)
+        start = self.space.within_bounds(phi)
         return within(self.space, self.smooth, self.limits, start, reach, self.settings.repair, kept)
 
     def certify(self, phi: np.ndarray) -> LimitReport:

@@ -193,7 +193,7 @@ class _Search:
                 len(kept.value),
                 settings.motion,
             )
-            phi = np.clip(phi + motion.smooth, self.lower, self.upper)
+            phi = self.space.within_bounds(np.clip(phi + motion.smooth, self.lower, self.upper))
         return best, resisting
 
     @property
