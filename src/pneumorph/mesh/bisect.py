@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mesh.longest import Edges, divided, edges_of
+from pneumorph.mesh.longest import Middles, divided, edges_of, middles_of
 from pneumorph.mesh.morph import Morph, build_morph
 from pneumorph.mesh.refine import LOCAL, NODES_OF_TRIANGLE, Parts, Refined, covered_parts
 from pneumorph.mesh.tets import TET_EDGES, TRIANGLE_EDGES, TURNED, Covered, TetMesh, is_cut, tet_shape
@@ -41,27 +41,12 @@ def bisected(mesh: TetMesh, marked: np.ndarray) -> Bisected:
     edges = edges_of(mesh.tets, TET_EDGES, mesh.points, mesh.tied, mesh.tets[marked, 4:])
     count = len(mesh.points)
     parts = divided(mesh.tets[:, :4], LOCAL[:4], TET_EDGES, edges)
-    ends = parts.corners[:, TET_EDGES]
-    keys = edges.key(ends[..., 0], ends[..., 1])
-    at = edges.place(keys)
-    fresh, first, which = np.unique(keys[at < 0], True, True)
-    mids = np.empty(keys.shape, int)
-    mids[at >= 0], mids[at < 0] = edges.middle[at[at >= 0]], count + which
-    part, edge = (each[first] for each in np.nonzero(at < 0))
-    weights = tet_shape(parts.local[part[:, None], TET_EDGES[edge]].mean(axis=1))
-    rows = np.repeat(np.arange(len(fresh)), 10)
-    new = sparse.csr_array((weights.ravel(), (rows, mesh.tets[parts.owner[part]].ravel())), (len(fresh), count))
-    new.eliminate_zeros()
-    P = sparse.csr_array(sparse.vstack([sparse.eye_array(count), new]))
-
-    def between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """The nodes in the middle of edges of the finer mesh."""
-        return edges.between(one, other, fresh)
+    new = middles_of(parts, mesh.tets, TET_EDGES, edges, tet_shape)
+    P = sparse.csr_array(sparse.vstack([sparse.eye_array(count), new.rows]))
 
     def quadratic(corners: np.ndarray) -> np.ndarray:
         """Six-node triangles with the given corners (n, 3)."""
-        ends = corners[:, TRIANGLE_EDGES]
-        return np.concatenate([corners, between(ends[..., 0], ends[..., 1])], axis=1)
+        return np.concatenate([corners, new.of(corners, TRIANGLE_EDGES)], axis=1)
 
     def triangles(whole: np.ndarray) -> Parts:
         return divided(whole[:, :3], NODES_OF_TRIANGLE[:3], TRIANGLE_EDGES, edges)
@@ -80,12 +65,12 @@ def bisected(mesh: TetMesh, marked: np.ndarray) -> Bisected:
     for name, own in mesh.covers.items():
         of = triangles(own.nodes)
         covers[name] = covered_parts(own, of, quadratic(of.corners))
-    caps = {name: _caps(own, edges, between) for name, own in mesh.caps.items()}
-    tets = np.concatenate([parts.corners, mids], axis=1)
+    caps = {name: _caps(own, new) for name, own in mesh.caps.items()}
+    tets = np.concatenate([parts.corners, new.of(parts.corners, TET_EDGES)], axis=1)
     volumes = np.abs(np.linalg.det(parts.local[:, 1:] - parts.local[:, :1]))
     before = 0.0 if mesh.halved is None else mesh.halved[parts.owner]
     fine = TetMesh(P @ mesh.points, tets, faces, regions, covers, caps, before - np.log2(volumes) / 3.0)
-    split = np.flatnonzero(edges.rank >= 0)
+    split = edges.halved()
     linear = _linear(mesh, len(fine.points), edges.middle[split], edges.ends(split))
     return Bisected(fine, P, linear, np.sort(edges.middle[split]), parts.owner)
 
@@ -157,13 +142,16 @@ def _linear(mesh: TetMesh, count: int, middle: np.ndarray, ends: np.ndarray) -> 
     return sparse.csr_array((entries, places), (count, len(mesh.points)))
 
 
-def _caps(caps: np.ndarray, edges: Edges, between) -> np.ndarray:
+def _caps(caps: np.ndarray, new: Middles) -> np.ndarray:
     """Divided where their curved edges are: nodes are a centre, both ends of the edge, and its middle."""
+    edges = new.edges
     _, one, other, _ = caps.T
     at = edges.place(edges.key(one, other))
     halved = (at >= 0) & (edges.rank[at] >= 0)
     whole, (c, a, b, m) = caps[~halved], caps[halved].T
-    return np.concatenate([whole, np.column_stack([c, a, m, between(a, m)]), np.column_stack([c, m, b, between(m, b)])])
+    return np.concatenate(
+        [whole, np.column_stack([c, a, m, new.between(a, m)]), np.column_stack([c, m, b, new.between(m, b)])]
+    )
 
 
 def _renumbered(fine: Bisected, order: np.ndarray) -> Bisected:

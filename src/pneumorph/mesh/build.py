@@ -39,7 +39,8 @@ _MANY, _MORE = 0.05, 1.2
 elements everywhere cost as much."""
 _LEAST = 1500
 """Number of elements from which on edges are divided: where there are few, smaller ones everywhere cost little, and are
-as alike as the body is symmetric. A tube of 472 elements, some of them divided, would balloon beside these first."""
+as alike as the body is symmetric. Of a tube of 472 elements, some of them divided, how a spring changes the pressure at
+which it balloons was ten times too small."""
 _FLAT = 1e-9
 """Quality, of either sign, below which an element with straight edges counts as flat."""
 
@@ -126,7 +127,7 @@ def mesh_within(
     reason = MeshError("no attempt was made")
     factors = [factor for factor in _FINER if factor == 1.0 or factor * size >= finest]
     for finer, begin in product(factors, beginnings):
-        best, quality, divided, most = None, _WORST, [], 0.0
+        best, least, divided, most = None, _WORST, [], 0.0
         for _ in range(times + 1):
             stop_if_asked()
             try:
@@ -134,13 +135,13 @@ def mesh_within(
             except MeshError as error:
                 reason = error
                 break
-            each = _quality(morph, exact)
-            if each.min() > quality:
-                best, quality = morph, each.min()
-            reason = MeshError(f"the mesh has an element of quality {each.min():.2g}")
-            poor = morph.mesh.tets[each < _SOUND]
-            middles, most = _beside(morph, poor), most or _MORE * len(each)
-            if not len(middles) or len(poor) > _MANY * len(each) or not _LEAST <= len(each) <= most:
+            quality = _quality(morph, exact)
+            worst, count, poor = quality.min(), len(quality), morph.mesh.tets[quality < _SOUND]
+            if worst > least:
+                best, least = morph, worst
+            reason = MeshError(f"the mesh has an element of quality {worst:.2g}")
+            middles, most = _beside(morph, poor), most or _MORE * count
+            if not len(middles) or len(poor) > _MANY * count or not _LEAST <= count <= most:
                 break
             divided.append(middles)
         if best is not None:

@@ -6,9 +6,11 @@ Journal for Numerical Methods in Engineering 20, 745–756), so that shapes stay
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
 
 from pneumorph.mesh.refine import Parts
 
@@ -38,11 +40,62 @@ class Edges:
         """Both ends (n, 2) of edges."""
         return np.column_stack(np.divmod(self.keys[at], self.count))
 
-    def between(self, one: np.ndarray, other: np.ndarray, fresh: np.ndarray) -> np.ndarray:
-        """The nodes in the middle of edges of parts, of which `fresh` (n,) are the keys of those that are new."""
-        keys = self.key(one, other)
-        at = self.place(keys)
-        return np.where(at >= 0, self.middle[at], self.count + np.searchsorted(fresh, keys))
+    def halved(self) -> np.ndarray:
+        """The numbers of those that are divided."""
+        return np.flatnonzero(self.rank >= 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Middles:
+    """The nodes in the middle of the edges of parts: of whole edges those there were, and new ones after all others.
+
+    Attributes
+    ----------
+    edges : Edges
+        Of the mesh before.
+    keys : (n,) int
+        Of the edges with new nodes, sorted.
+    rows : (n, N) sparse
+        From values at the nodes before to those at the new ones, of fields that are quadratic in cells.
+    """
+
+    edges: Edges
+    keys: np.ndarray
+    rows: sparse.csr_array
+
+    def between(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """The nodes in the middle of edges of parts by their ends."""
+        keys = self.edges.key(one, other)
+        at = self.edges.place(keys)
+        return np.where(at >= 0, self.edges.middle[at], self.edges.count + np.searchsorted(self.keys, keys))
+
+    def of(self, corners: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """The nodes (m, k) in the middle of the edges `pairs` (k, 2) of parts with these corners (m, n)."""
+        ends = corners[:, pairs]
+        return self.between(ends[..., 0], ends[..., 1])
+
+
+def middles_of(
+    parts: Parts, cells: np.ndarray, pairs: np.ndarray, edges: Edges, shape: Callable[[np.ndarray], np.ndarray]
+) -> Middles:
+    """The nodes in the middle of the edges of all parts of a mesh.
+
+    Parameters
+    ----------
+    parts, cells, pairs, edges : see `divided` and `edges_of`.
+    shape : of local coordinates (..., d)
+        The quadratic shape functions of a cell.
+    """
+    ends = parts.corners[:, pairs]
+    keys = edges.key(ends[..., 0], ends[..., 1])
+    part, edge = np.nonzero(edges.place(keys) < 0)
+    fresh, first = np.unique(keys[part, edge], return_index=True)
+    part, edge = part[first], edge[first]
+    weights = shape(parts.local[part[:, None], pairs[edge]].mean(axis=1))
+    rows = np.repeat(np.arange(len(fresh)), cells.shape[1])
+    new = sparse.csr_array((weights.ravel(), (rows, cells[parts.owner[part]].ravel())), (len(fresh), edges.count))
+    new.eliminate_zeros()
+    return Middles(edges, fresh, new)
 
 
 def edges_of(

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from pneumorph.mesh.longest import Edges, divided, edges_of
+from pneumorph.mesh.longest import Edges, Middles, divided, edges_of, middles_of
 from pneumorph.mesh.refine import NODES_OF_TRIANGLE, Parts
 from pneumorph.mesh.tets import TRIANGLE_EDGES, chambers_of, triangle_shape
 from pneumorph.mesh.tube.surface import SurfaceMesh
@@ -29,35 +29,23 @@ def with_divided_edges(surface: SurfaceMesh, P: np.ndarray, middles: np.ndarray)
     middles : (k,) int
         Nodes in the middle of the edges.
     """
-    if not len(middles):
-        return surface
     whole = np.concatenate([*surface.faces.values(), *surface.solids.values()])
     points, (first, last) = surface.B @ P + surface.offset, surface.seam.T
     edges = edges_of(whole, TRIANGLE_EDGES, points, (last, first), middles)
-    parts = _parts(whole, edges)
-    ends = parts.corners[:, TRIANGLE_EDGES]
-    keys = edges.key(ends[..., 0], ends[..., 1])
-    part, edge = np.nonzero(edges.place(keys) < 0)
-    fresh, at = np.unique(keys[part, edge], return_index=True)
-    part, edge = part[at], edge[at]
-    weights = triangle_shape(parts.local[part[:, None], TRIANGLE_EDGES[edge]].mean(axis=1))
-    rows = np.repeat(np.arange(len(fresh)), 6)
-    new = sparse.csr_array((weights.ravel(), (rows, whole[parts.owner[part]].ravel())), (len(fresh), len(points)))
-    new.eliminate_zeros()
+    new = middles_of(_parts(whole, edges), whole, TRIANGLE_EDGES, edges, triangle_shape)
 
     def quadratic(triangles: np.ndarray) -> np.ndarray:
         corners = _parts(triangles, edges).corners
-        ends = corners[:, TRIANGLE_EDGES]
-        return np.concatenate([corners, edges.between(ends[..., 0], ends[..., 1], fresh)], axis=1)
+        return np.concatenate([corners, new.of(corners, TRIANGLE_EDGES)], axis=1)
 
     return replace(
         surface,
-        B=sparse.csr_array(sparse.vstack([surface.B, new @ surface.B])),
-        offset=np.concatenate([surface.offset, new @ surface.offset]),
+        B=sparse.csr_array(sparse.vstack([surface.B, new.rows @ surface.B])),
+        offset=np.concatenate([surface.offset, new.rows @ surface.offset]),
         faces={name: quadratic(face) for name, face in surface.faces.items()},
         solids={name: quadratic(solid) for name, solid in surface.solids.items()},
         param={name: _param(_of_tube(surface, name), own, edges) for name, own in surface.param.items()},
-        seam=np.concatenate([surface.seam, _images(surface.seam, edges, fresh)]),
+        seam=np.concatenate([surface.seam, _images(surface.seam, new)]),
     )
 
 
@@ -81,14 +69,13 @@ def _param(triangles: np.ndarray, param: np.ndarray, edges: Edges) -> np.ndarray
     return np.concatenate([corners, corners[:, TRIANGLE_EDGES].mean(axis=2)], axis=1)
 
 
-def _images(seam: np.ndarray, edges: Edges, fresh: np.ndarray) -> np.ndarray:
+def _images(seam: np.ndarray, new: Middles) -> np.ndarray:
     """New nodes in the middle of halves of edges at which a sector begins, each with its image, (n, 2)."""
+    edges = new.edges
     image = np.arange(edges.count)
     image[seam[:, 0]] = seam[:, 1]
-    halved = np.flatnonzero((edges.rank >= 0) & np.isin(edges.middle, seam[:, 0]))
-    middle, ends = edges.middle[halved], edges.ends(halved)
-    pairs = [
-        np.column_stack([edges.between(middle, end, fresh), edges.between(image[middle], image[end], fresh)])
-        for end in ends.T
-    ]
-    return np.concatenate(pairs)
+    at = edges.halved()
+    at = at[np.isin(edges.middle[at], seam[:, 0])]
+    middle = edges.middle[at]
+    halves = [(new.between(middle, end), new.between(image[middle], image[end])) for end in edges.ends(at).T]
+    return np.concatenate([np.column_stack(pair) for pair in halves])
