@@ -139,6 +139,8 @@ def mesh_within(
             worst, count, poor = quality.min(), len(quality), morph.mesh.tets[quality < _SOUND]
             if worst > least:
                 best, least = morph, worst
+            elif best is not None:
+                break
             reason = MeshError(f"the mesh has an element of quality {worst:.2g}")
             middles, most = _beside(morph, poor), most or _MORE * count
             if not len(middles) or len(poor) > _MANY * count or not _LEAST <= count <= most:
