@@ -56,7 +56,7 @@ def test_an_example_goes_through(path, tmp_path, monkeypatch):
     monkeypatch.setattr(trial, "needs_remesh", lambda *_: "it is asked for")
     for module in (loop, start):
         monkeypatch.setattr(module, "with_errors", lambda setup, current, remeshed=False: current)
-    monkeypatch.setattr(loop, "compute_inflation", lambda *_: {})
+    monkeypatch.setattr(loop, "compute_inflation", lambda *_: (None, {}))
     problem = coarse(path)
     run, setup = create(tmp_path / "run", problem), build_setup(problem)
     values = []

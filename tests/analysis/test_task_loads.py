@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tiny import tiny
 
-from pneumorph.analysis import analyse_body, compute_sag, run_gradient_check
+from pneumorph.analysis import analyse_body, collect, compute_inflation, compute_sag, run_gradient_check
 from pneumorph.geometry.tube.start import starting_body
 from pneumorph.interface.design import starting_design
 from pneumorph.problem import loads
@@ -52,6 +52,20 @@ def test_a_task_moves_as_in_a_problem_with_its_loads(both):
     assert one.reaction == pytest.approx(other.reaction, rel=1e-4, abs=1e-7)
     assert abs(both.analysis.equilibria["extend"].plate[3]) < 1e-4
     assert compute_sag(both.problem, both.disc, both.analysis) is None, "the first task has no loads"
+
+
+@pytest.mark.parametrize("held", [False, True], ids=["free", "held"])
+def test_a_design_sags_as_from_rest_where_its_pressures_are_lowered(monkeypatch, held):
+    own = OWN if held else {key: value for key, value in OWN.items() if key != "hold"}
+    text = tiny().replace('spring = { axial = "0 N/mm" }', lines(own))
+    at = analysed(text + "[gravity]\ndirection = [1, 0, 0]\n")
+    from_rest = compute_sag(at.problem, at.disc, at.analysis)
+    assert from_rest is not None and np.abs(from_rest).max() > 0.05
+    # Nothing is sought from rest any more.
+    monkeypatch.setattr(collect, "compute_sag", lambda *_: None)
+    sag, inflation = compute_inflation(at.problem, at.disc, at.analysis)
+    assert sag == pytest.approx(from_rest, abs=1e-4)
+    assert inflation["extend"].parts == pytest.approx(collect.PARTS)
 
 
 def test_the_gradient_with_loads_of_tasks(both):

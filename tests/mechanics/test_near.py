@@ -16,6 +16,7 @@ from pneumorph.mechanics import (
     neo_hookean_rubber,
     solve,
 )
+from pneumorph.mechanics.solve import descent
 from pneumorph.mechanics.solve.balance import ratios_at
 from pneumorph.mechanics.solve.secants import MEMORY, Secants
 from pneumorph.verify.solids import tube
@@ -128,6 +129,23 @@ def test_a_state_that_was_found_is_not_given_up_for_what_its_search_has_cost(mon
     again = solve(at, Tangent(at.model), start, most=cost - 1)
     assert isinstance(again, Equilibrium) and again.factorisations == cost
     assert isinstance(solve(at, Tangent(at.model), start, most=0), NoEquilibrium)
+
+
+def test_a_search_that_converges_is_not_given_up_either(monkeypatch):
+    """Factorisations that leave a fifth of the residual or less do not count."""
+    mesh = tube(1, 2, 60, (1, 8, 12))
+    built = build_model(mesh, RUBBER)
+
+    def bent(moment, **given):
+        at = configure(built, mesh.points, build_loads(built, {}, wrench=moment * np.eye(6)[3]))
+        return solve(at, Tangent(built), **given)
+
+    start = bent(0.03)
+    assert isinstance(start, Equilibrium)
+    found = bent(0.06, start=start.state, most=5)
+    assert isinstance(found, Equilibrium) and found.factorisations > 5
+    monkeypatch.setattr(descent, "QUICK", 0.0)
+    assert isinstance(bent(0.06, start=start.state, most=5), NoEquilibrium)
 
 
 def test_an_unstable_state_beside_a_stable_one_is_found_out():

@@ -25,7 +25,7 @@ def starts(monkeypatch):
     """A body that moves as its pressure, up to 0.1 MPa; the starts that were tried."""
     tried = []
 
-    def solve(at, tangent, start=None, since=None, most=None, earlier=None):
+    def solve(at, tangent, start=None, since=None, most=None, earlier=()):
         if most is None:
             return NoEquilibrium("without pressure none is looked for", 0.0, None)
         tried.append(None if start is None else float(start.plate[2]))

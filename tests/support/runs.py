@@ -65,7 +65,8 @@ def analysed(problem: Problem, amplitude: float) -> Fields:
     body = waved(starting_body(problem.tubes), amplitude)
     space, disc = build_design_space(problem, body), discretise(problem, body)
     found = analyse(problem, space, disc, space.start)
-    return collect_fields(disc, found, None, compute_inflation(disc, found), thickenings(problem, disc, found))
+    _, inflation = compute_inflation(problem, disc, found)
+    return collect_fields(disc, found, None, inflation, thickenings(problem, disc, found))
 
 
 def ended(run: RunDirectory, reason: str = "it is a test", completed: bool = True) -> RunResult:

@@ -27,6 +27,7 @@ from pneumorph.mechanics import (
     Softest,
     State,
     Tangent,
+    along_curve,
     buckling_load,
     configure,
     deformation_gradients,
@@ -39,7 +40,6 @@ from pneumorph.mechanics import (
     loads_of,
     model_of,
     negative_motions,
-    on_parabola,
     part_of,
     predict,
     predict_change,
@@ -385,8 +385,9 @@ def predict_states(
         state = analysis.equilibria[name].state
         curved = None
         if before is not None and at.model.plain and at.enclosed is None:
-            ahead = predict_change(at, disc.tangents[name], state, replace(at, X=at.X + dX, loads=loads))
-            curved = on_parabola(state, ahead, before[0].equilibria[name].state, before[1], 1.0)
+            there = replace(at, X=at.X + dX, loads=loads)
+            ahead = predict_change(at, disc.tangents[name], state, there)
+            curved = along_curve(there, state, ahead, [(before[0].equilibria[name].state, before[1])], 1.0)
         guess = predict(at, disc.tangents[name], state, dX, loads) if curved is None else Guess(curved)
         guesses[name] = guess
         off = zip(disc.castings.get(name, ()), analysis.castings.get(name, ()), strict=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
@@ -135,50 +135,79 @@ def collect_fields(
 @doing("finding how it sags without pressure")
 def compute_sag(problem: Problem, disc: Discretisation, analysis: Analysis) -> np.ndarray | None:
     """Displacements (N, 3) in mm without pressures, under the first task's loads; None if it has none, or no state."""
-    under = acting(problem, problem.task[0])
-    if not under.moves or enclosed_of(problem, {}) is not None:
+    at = _without_pressures(problem, disc, analysis)
+    if at is None:
         return None
-    reinforcement = next(iter(analysis.configurations.values())).loads.reinforcement
-    loads = loads_of(problem, disc.model, {}, reinforcement=reinforcement, under=under)
-    at = configure(disc.model, analysis.X, loads, guided_of(problem, under))
     # With another solver: those of the tasks keep the factorisations from which the next design starts.
     equilibrium = solve(at, Tangent(disc.model), tolerance=DESIGN_TOLERANCE, most=MOST_FACTORISATIONS)
     return equilibrium.u if isinstance(equilibrium, Equilibrium) else None
 
 
-def compute_inflation(disc: Discretisation, analysis: Analysis) -> dict[str, Inflation]:
-    """Find the surfaces of a design at the fractions `PARTS` of every task's pressures, if it has any.
+def _without_pressures(problem: Problem, disc: Discretisation, analysis: Analysis) -> Configuration | None:
+    """A design under the first task's loads alone, if it has any."""
+    under = acting(problem, problem.task[0])
+    if not under.moves or enclosed_of(problem, {}) is not None:
+        return None
+    reinforcement = next(iter(analysis.configurations.values())).loads.reinforcement
+    loads = loads_of(problem, disc.model, {}, reinforcement=reinforcement, under=under)
+    return configure(disc.model, analysis.X, loads, guided_of(problem, under))
+
+
+def compute_inflation(
+    problem: Problem, disc: Discretisation, analysis: Analysis
+) -> tuple[np.ndarray | None, dict[str, Inflation]]:
+    """How a design sags, as by `compute_sag`, and its surfaces at the fractions `PARTS` of every task's pressures.
 
     The pressures are lowered from the equilibrium under all of them, so that the path leads to the state that is
     reported, also where the body has several. Where the path is lost, or takes too long, the states found so far are
-    kept.
+    kept. That of the first task goes on to where the body sags: it is near, while from rest it takes many steps.
     """
     mesh = disc.morph.mesh.at(analysis.X)
     skin = skin_of(mesh)
     # A solver of its own, as for the sag.
-    tangent, inflation = Tangent(disc.model), {}
+    tangent, inflation, sag = Tangent(disc.model), {}, None
     for task, pressures in analysis.pressures.items():
         if not any(pressures.values()):
             continue
-        way = _lowered(analysis.configurations[task], analysis.equilibria[task].state, tangent)
+        at, states = analysis.configurations[task], []
+        on_the_way = [(part, _with_part(at, part)) for part in reversed(PARTS)]
+        if task == problem.task[0].name and (empty := _without_pressures(problem, disc, analysis)) is not None:
+            on_the_way.append((0.0, empty))
         with doing(f"inflating task {task} for its pictures"):
-            states = [(part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]) for part, answer in way]
+            for part, answer in _lowered(at, analysis.equilibria[task].state, on_the_way, tangent):
+                if part:
+                    states.append((part, answer.u[skin], nodal_stretch(mesh, answer.u)[skin]))
+                elif answer.stable:
+                    sag = answer.u
         if states:
             parts, u, stretch = (np.array(each) for each in zip(*reversed(states), strict=True))
             inflation[task] = Inflation(parts, u.astype(np.float32), stretch.astype(np.float32))
-    return inflation
+    return compute_sag(problem, disc, analysis) if sag is None else sag, inflation
 
 
-def _lowered(at: Configuration, state: State, tangent: Tangent) -> Iterator[tuple[float, Equilibrium]]:
-    """Equilibria at the fractions `PARTS` of the pressures, from the largest down, as far as they are found."""
-    full, filled, left = at.loads, at.enclosed, MOST_FACTORISATIONS
-    here, earlier = 1.0, None
-    for part in reversed(PARTS):
-        to = replace(at, loads=full._replace(pressure=part * full.pressure), enclosed=filled and filled.part(part))
-        before = None if earlier is None else (earlier[0], (earlier[1] - here) / (part - here))
-        answer = solve(to, tangent, None, DESIGN_TOLERANCE, (at, state), left, earlier=before)
+def _with_part(at: Configuration, part: float) -> Configuration:
+    """A configuration with a part of its pressures."""
+    loads, filled = at.loads, at.enclosed
+    return replace(at, loads=loads._replace(pressure=part * loads.pressure), enclosed=filled and filled.part(part))
+
+
+def _lowered(
+    at: Configuration, state: State, on_the_way: Sequence[tuple[float, Configuration]], tangent: Tangent
+) -> Iterator[tuple[float, Equilibrium]]:
+    """Equilibria at parts of the pressures, from the largest down, as far as they are found.
+
+    Parameters
+    ----------
+    at, state : under all of the pressures.
+    on_the_way : parts of them, falling, and the loads there.
+    tangent : the solver.
+    """
+    here, passed, left = 1.0, [], MOST_FACTORISATIONS
+    for part, to in on_the_way:
+        earlier = [(one, (was - here) / (part - here)) for one, was in passed]
+        answer = solve(to, tangent, None, DESIGN_TOLERANCE, (at, state), left, earlier=earlier)
         if isinstance(answer, NoEquilibrium):
             return
-        earlier, here = (state, here), part
-        at, state, left = settled(to, answer), answer.state, left - answer.factorisations
+        passed.append((state, here))
+        at, state, here, left = settled(to, answer), answer.state, part, left - answer.factorisations
         yield part, answer

@@ -204,8 +204,9 @@ class Design:
 
     def _computed(self, inflated: bool = False) -> Fields:
         disc, analysis = self._analysed
-        ways = compute_inflation(disc, analysis) if inflated else None
-        return collect_fields(disc, analysis, compute_sag(self.problem, disc, analysis), ways)
+        if inflated:
+            return collect_fields(disc, analysis, *compute_inflation(self.problem, disc, analysis))
+        return collect_fields(disc, analysis, compute_sag(self.problem, disc, analysis))
 
     @property
     def mesh(self) -> pyvista.UnstructuredGrid:

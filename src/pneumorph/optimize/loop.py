@@ -16,7 +16,6 @@ from pneumorph.analysis import (
     check_stability,
     collect_fields,
     compute_inflation,
-    compute_sag,
     motion_rates,
     near_margins,
     quick_errors,
@@ -273,10 +272,7 @@ def _finished(setup: Setup, last: Iterate, reason: str) -> Finished:
         if not setup.settings.looked_at:
             fields = collect_fields(last.disc, last.analysis)
             return Finished(last.number, why, held, is_stable, {}, {}, {}, {}, fields)
-        sag, inflation = (
-            compute_sag(setup.problem, last.disc, last.analysis),
-            compute_inflation(last.disc, last.analysis),
-        )
+        sag, inflation = compute_inflation(setup.problem, last.disc, last.analysis)
         thickening = thickenings(setup.problem, last.disc, last.analysis)
         fields = collect_fields(last.disc, last.analysis, sag, inflation, thickening)
         rates = motion_rates(last.disc, last.analysis)

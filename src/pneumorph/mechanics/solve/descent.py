@@ -47,6 +47,9 @@ LEAST_SHIFT = 1e-3
 MOST_PRODUCTS = 12
 """Conjugate-gradient steps on an unstable tangent."""
 
+QUICK = 0.2
+"""A factorisation that leaves at most this part of the residual does not count among those that a search may have."""
+
 MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
 
@@ -133,6 +136,9 @@ def minimise(
                 if due or secants.expected(tolerance * scale) > WORTH:
                     secants = None
                 continue
+            if size <= QUICK * made < np.inf:
+                # A search that converges is not given up for what it has cost.
+                tangent.max_factorisations += 1
             direction, raised = _factorised(at, tangent, here, raised)
             made = size
             moved = line_search(at, here, direction)

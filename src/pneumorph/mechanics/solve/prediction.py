@@ -1,7 +1,8 @@
-"""First-order prediction of how an equilibrium changes with nodes, pressures and other loads."""
+"""Prediction of how an equilibrium changes with nodes, pressures and other loads: to first order, or along a curve."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import jax
@@ -13,13 +14,16 @@ from pneumorph.mechanics.assembly.metrics import metrics_after
 from pneumorph.mechanics.assembly.tangent import Configuration, Tangent
 from pneumorph.mechanics.elements.kinematics import Guess, State, gradients_after
 from pneumorph.mechanics.elements.terms import Loads
-from pneumorph.mechanics.solve.balance import apart, free_share, supported
+from pneumorph.mechanics.solve.balance import apart, free_share, relative_residual, supported
 
 ENOUGH = 1e-2
 """Relative accuracy of a prediction, which is of first order only."""
 
 MOST_BEYOND = 2.0
-"""How far beyond a state a parabola may be followed, as a multiple of the way from the last one."""
+"""How far beyond a state a curve may be followed, as a multiple of the way from the one before."""
+
+MOST_BEFORE = 3
+"""States before it through which a curve goes: more change little, and rounding grows with its degree."""
 
 
 def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, loads: Loads) -> Guess:
@@ -101,29 +105,51 @@ def predict_change(at: Configuration, tangent: Tangent, state: State, there: Con
     return model.state(begin + tangent.solve_at(at, state, supported(at, push), ENOUGH))
 
 
-def on_parabola(state: State, ahead: State, last: State, back: float, to: float) -> State | None:
-    """A state on the path through the last one and this one, which leads towards `ahead` first; to second order.
+def along_curve(
+    there: Configuration, state: State, ahead: State, earlier: Sequence[tuple[State, float]], to: float
+) -> State | None:
+    """A state on a curve through others on its path, which leads towards `ahead` first.
 
-    What turns is not stretched by that, as it is by a prediction of first order, so gradients that turn with the body
-    are not needed. None where the last state is too near to say much.
+    The degree of the curve is the number of the other states, one more for where it leads: what turns is not stretched
+    by it, as it is by a prediction of first order, so gradients that turn with the body are not needed. Of the curves
+    through the last state, the last two and the last three, that whose state is nearest to balance is taken. None where
+    there is no other state, or the last one is too near to say much.
 
     Parameters
     ----------
+    there : Configuration
+        The one that is sought.
     state, ahead : State
         An equilibrium, and what `predict_change` says of the loads there.
-    last : State
-        Another equilibrium on the path.
-    back, to : float
-        Shares of the way from `state` to `ahead`: where the last one was, which is negative, and where one is sought.
+    earlier : sequence of (State, float)
+        Other equilibria on the path, in order, and where they are: shares of the way from `state` to `ahead`, negative.
+    to : float
+        The share where a state is sought.
     """
-    if to > MOST_BEYOND * -back:
+    if not earlier or to > MOST_BEYOND * -earlier[-1][1]:
         return None
-    square = (to / back) ** 2
+    numbers = range(1, min(len(earlier), MOST_BEFORE) + 1)
+    curves = [_on_curve(state, ahead, earlier[-number:], to) for number in numbers]
+    if len(curves) == 1:
+        return curves[0]
+    return min(curves, key=lambda curve: np.nan_to_num(relative_residual(there, curve), nan=np.inf))
 
-    def along(here: np.ndarray, there: np.ndarray, was: np.ndarray) -> np.ndarray:
-        return here + to * (there - here) + square * (was - here - back * (there - here))
 
-    return jax.tree.map(along, state, ahead, last)
+def _on_curve(state: State, ahead: State, earlier: Sequence[tuple[State, float]], to: float) -> State:
+    """The state at a share of the way on the polynomial through all of these; see `along_curve`."""
+    shares = np.array([share for _, share in earlier])
+    # Lagrange's weights of what the states are beside the tangent, over the squares of their shares.
+    others = [np.delete(shares, number) for number in range(len(shares))]
+    weights = [np.prod((to - other) / (own - other)) for own, other in zip(shares, others, strict=True)]
+
+    def along(here: np.ndarray, there: np.ndarray, *were: np.ndarray) -> np.ndarray:
+        beside = sum(
+            weight * (to / share) ** 2 * (was - here - share * (there - here))
+            for weight, share, was in zip(weights, shares, were, strict=True)
+        )
+        return here + to * (there - here) + beside
+
+    return jax.tree.map(along, state, ahead, *(each for each, _ in earlier))
 
 
 def _difference(there: Loads, here: Loads) -> Loads:

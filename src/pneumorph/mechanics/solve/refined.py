@@ -53,6 +53,9 @@ ROUGH_FROM, ROUGH, SMOOTH = 0.1, (0.3, 12), (0.1, 40)
 """Relative residual above which a state is rough. Steps from rough and smooth states leave these parts of it, in the
 norm of the preconditioner, or take so many products."""
 
+ENOUGH = 0.7
+"""The part of the residual with which a search may end that the equations of its last step leave."""
+
 MET = 5e-3
 """Relative residual at which a search ends, or that part of the first one in the norm of the preconditioner: the
 difference of both meshes is known to a few per cent then."""
@@ -223,7 +226,9 @@ def search_refined(
         first = first or size
         if place.size <= MET * scale or size <= MET * first:
             return here.balanced(vector)
-        step, _ = here.solved(forces, *(ROUGH if place.size > ROUGH_FROM * scale else SMOOTH))
+        left, most = ROUGH if place.size > ROUGH_FROM * scale else SMOOTH
+        # The last step need not lead farther than to where the search ends.
+        step, _ = here.solved(forces, max(left, ENOUGH * MET * first / size), most)
         following = _lower(there, place, step) if nested.definite else _contracted(here, vector, step, size)
         if following is None:
             return None

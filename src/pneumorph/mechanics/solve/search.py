@@ -7,6 +7,8 @@ method (`saddle.py`). Both look for stable states; where there is none, `NoEquil
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -32,7 +34,7 @@ from pneumorph.mechanics.solve.equilibrium import TOLERANCE, Equilibrium, NoEqui
 from pneumorph.mechanics.solve.filled import FIRST, Filled, Search, fill, nearest_pressure, pressure_of
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
-from pneumorph.mechanics.solve.prediction import guess_after, on_parabola, predict_change
+from pneumorph.mechanics.solve.prediction import MOST_BEFORE, along_curve, guess_after, predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
 
 SMALLEST_FRACTION = 1 / 20
@@ -61,7 +63,7 @@ def solve(
     since: tuple[Configuration, State] | None = None,
     most: float = math.inf,
     roughest: float = math.inf,
-    earlier: tuple[State, float] | None = None,
+    earlier: Sequence[tuple[State, float]] = (),
 ) -> Equilibrium | NoEquilibrium:
     """Find the equilibrium of a configuration.
 
@@ -89,9 +91,9 @@ def solve(
         Most factorisations.
     roughest : float
         Largest residual of the start, over κ/μ times the applied force.
-    earlier : (State, float), optional
-        The equilibrium before `since`, and at which fraction of the way from there it was, below 0, if the loads went
-        the same way.
+    earlier : sequence of (State, float)
+        The equilibria before `since`, in order, and at which fractions of the way from there they were, below 0, if the
+        loads went the same way.
     """
     before = tangent.factorisations, tangent.solves
     tangent.max_factorisations = tangent.factorisations + most
@@ -120,7 +122,7 @@ def _searched(
     since,
     before,
     roughest: float,
-    earlier: tuple[State, float] | None,
+    earlier: Sequence[tuple[State, float]],
 ) -> Equilibrium | NoEquilibrium:
     """The search of `solve`."""
     if at.enclosed is not None:
@@ -266,15 +268,15 @@ def _raise(
     tangent: Tangent,
     before,
     tolerance: float,
-    earlier: tuple[State, float] | None = None,
+    earlier: Sequence[tuple[State, float]] = (),
 ) -> Equilibrium | NoEquilibrium:
     """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too.
 
-    Every step begins where the state before it is predicted to lead. Those of plain elements without contact, sheets
-    and fibres follow a parabola from the second one on, and long ones are given up soon. Others take more
-    factorisations anyway, and parabolas lead them astray where a column buckles.
+    Every step begins where the state before it is predicted to lead, from the second one on by a curve through the last
+    states if there are neither contact nor sheets nor fibres. Long steps of plain elements are given up soon; others
+    take more factorisations anyway.
     """
-    at, ahead, residual, reached, reason = begin, None, 0.0, 0.0, ""
+    at, ahead, residual, reached, reason, passed = begin, None, 0.0, 0.0, "", deque(earlier, MOST_BEFORE)
     reshaped = not np.array_equal(whole.X, begin.X)
     still = (np.array_equal(getattr(whole.loads, part), getattr(begin.loads, part)) for part in ("shift", "held"))
     moving = reshaped or not all(still)
@@ -294,10 +296,9 @@ def _raise(
             part = part_way(begin, whole, fraction)
         start = without_meeting(part, state, start)
         divisible, spent = plain and fraction - reached >= 2 * short, tangent.factorisations
-        curved = None
-        if earlier is not None and plain:
-            shares = ((each - reached) / (1.0 - reached) for each in (earlier[1], fraction))
-            curved = on_parabola(state, ahead, earlier[0], *shares)
+        # Shares of the way that is left.
+        left = [(one, (share - reached) / (1.0 - reached)) for one, share in passed]
+        curved = _curved(part, state, ahead, left, (fraction - reached) / (1.0 - reached), start)
         with doing(_where(part, fraction)):
             guess = guess_after(at, state, part, start) if curved is None else Guess(curved)
             found = _found_soon(part, tangent, guess, tolerance, FEW if divisible else math.inf)
@@ -311,10 +312,37 @@ def _raise(
                 why = f"{reason}{squeezed(at, at.model.vector(state))}"
                 return NoEquilibrium(f"no equilibrium found {_where(part, fraction)}: {why}", reached, nearest)
             continue
-        earlier = state, reached
+        passed.append((state, reached))
         (state, residual), reached, at, ahead = found, fraction, part, None
         step *= 1.5 if not divisible or tangent.factorisations - spent <= EASY else 1.0
     return read_off(at, tangent, state, residual, before)
+
+
+def _curved(
+    part: Configuration,
+    state: State,
+    ahead: State,
+    passed: Sequence[tuple[State, float]],
+    to: float,
+    start: State,
+) -> State | None:
+    """The next state by a curve, where that is better than the start that first order predicts.
+
+    Where a column buckles a curve leads mixed elements astray; what it predicts there is farther from balance. The
+    start of plain elements, whose volumetric stress says little, is always worse.
+
+    Parameters
+    ----------
+    part, start : the next loads, and what first order predicts there.
+    state, ahead, passed, to : see `along_curve`.
+    """
+    model = part.model
+    if model.contact is not None or model.reinforcements:
+        return None
+    curved = along_curve(part, state, ahead, passed, to)
+    if curved is None or model.plain:
+        return curved
+    return curved if relative_residual(part, curved) < relative_residual(part, start) else None
 
 
 def _found_soon(

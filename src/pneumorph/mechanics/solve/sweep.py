@@ -15,7 +15,7 @@ from pneumorph.mechanics.elements.terms import Loads
 from pneumorph.mechanics.solve.buckling import follow_stable, through
 from pneumorph.mechanics.solve.equilibrium import Equilibrium, NoEquilibrium, settled
 from pneumorph.mechanics.solve.path import diagnose
-from pneumorph.mechanics.solve.prediction import predict_change
+from pneumorph.mechanics.solve.prediction import MOST_BEFORE, predict_change
 from pneumorph.mechanics.solve.search import solve
 
 MOST, MOST_FROM_REST = 60, 400
@@ -63,7 +63,7 @@ def sweep(
         if isinstance(found, NoEquilibrium):
             stopped = found
         else:
-            stable, walked = found.stable, [*walked[-1:], (settled(at, found), found.state)]
+            stable, walked = found.stable, [*walked[-MOST_BEFORE:], (settled(at, found), found.state)]
         yield found
 
 
@@ -113,7 +113,7 @@ def secant_start(walked: list[tuple[Configuration, State]], at: Configuration) -
         return None
     if len(walked) < 2:
         return walked[-1][1]
-    (before, earlier), (now, state) = walked
+    (before, earlier), (now, state) = walked[-2:]
     done, ahead = _change(before.loads, now.loads), _change(now.loads, at.loads)
     length = float(np.sum(done * done))
     if length == 0.0:
@@ -122,16 +122,22 @@ def secant_start(walked: list[tuple[Configuration, State]], at: Configuration) -
     return jax.tree.map(lambda new, old: new + ratio * (new - old), state, earlier)
 
 
-def _earlier(walked: list[tuple[Configuration, State]], at: Configuration) -> tuple[State, float] | None:
-    """The last state but one, if loads went on the way that they go now, and at which fraction of that it was."""
-    if len(walked) < 2:
-        return None
-    (before, earlier), (now, _) = walked
-    done, ahead = _change(before.loads, now.loads), _change(now.loads, at.loads)
+def _earlier(walked: list[tuple[Configuration, State]], at: Configuration) -> list[tuple[State, float]]:
+    """The states before the last one from which loads went on the way that they go now, and at which fractions."""
+    earlier: list[tuple[State, float]] = []
+    if not walked:
+        return earlier
+    *before, (now, _) = walked
+    ahead = _change(now.loads, at.loads)
     length = float(np.linalg.norm(ahead))
-    part = float(np.linalg.norm(done)) / length if length > 0.0 else 0.0
-    straight = part > 0.0 and np.allclose(done, part * ahead, rtol=0.0, atol=STRAIGHT * length)
-    return (earlier, -part) if straight else None
+    for there, state in reversed(before):
+        done = _change(there.loads, now.loads)
+        part = float(np.linalg.norm(done)) / length if length > 0.0 else 0.0
+        nearest = -earlier[0][1] if earlier else 0.0
+        if part <= nearest or not np.allclose(done, part * ahead, rtol=0.0, atol=STRAIGHT * length):
+            break
+        earlier.insert(0, (state, -part))
+    return earlier
 
 
 def _change(one: Loads, other: Loads) -> np.ndarray:
