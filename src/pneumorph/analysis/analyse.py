@@ -27,7 +27,7 @@ from pneumorph.mechanics import (
     Softest,
     State,
     Tangent,
-    along_curve,
+    along_path,
     buckling_load,
     configure,
     deformation_gradients,
@@ -383,12 +383,12 @@ def predict_states(
         pressure = np.array([own[chamber] for chamber in disc.model.chambers])
         loads = at.loads._replace(pressure=pressure, reinforcement=reinforcement)
         state = analysis.equilibria[name].state
-        curved = None
+        further = None
         if before is not None and at.model.plain and at.enclosed is None:
             there = replace(at, X=at.X + dX, loads=loads)
             ahead = predict_change(at, disc.tangents[name], state, there)
-            curved = along_curve(there, state, ahead, [(before[0].equilibria[name].state, before[1])], 1.0)
-        guess = predict(at, disc.tangents[name], state, dX, loads) if curved is None else Guess(curved)
+            further = along_path(there, state, ahead, [(before[0].equilibria[name].state, before[1])], 1.0)
+        guess = predict(at, disc.tangents[name], state, dX, loads) if further is None else Guess(further)
         guesses[name] = guess
         off = zip(disc.castings.get(name, ()), analysis.castings.get(name, ()), strict=True)
         for number, (casting, known) in enumerate(off):

@@ -41,7 +41,7 @@ from pneumorph.mechanics.solve.mirror import breaking_loads, mirrors_of, sealed
 from pneumorph.mechanics.solve.part import part_of
 from pneumorph.mechanics.solve.path import Path, diagnose, follow
 from pneumorph.mechanics.solve.place import PathPoint, limit_near
-from pneumorph.mechanics.solve.prediction import along_curve, predict, predict_change
+from pneumorph.mechanics.solve.prediction import along_path, predict, predict_change
 from pneumorph.mechanics.solve.restore import restored
 from pneumorph.mechanics.solve.search import solve
 from pneumorph.mechanics.solve.sweep import secant_start, sweep
@@ -65,7 +65,7 @@ __all__ = [
     "State",
     "Tangent",
     "Whole",
-    "along_curve",
+    "along_path",
     "breaking_loads",
     "buckling_load",
     "build_loads",

@@ -48,7 +48,7 @@ MOST_PRODUCTS = 12
 """Conjugate-gradient steps on an unstable tangent."""
 
 QUICK = 0.2
-"""A factorisation that leaves at most this part of the residual does not count among those that a search may have."""
+"""A factorisation that leaves at most this part of the residual does not count: what converges is not given up."""
 
 MOST_WITH_RATIOS = 5
 """Steps with volume ratios, each of which is a factorisation."""
@@ -137,7 +137,6 @@ def minimise(
                     secants = None
                 continue
             if size <= QUICK * made < np.inf:
-                # A search that converges is not given up for what it has cost.
                 tangent.max_factorisations += 1
             direction, raised = _factorised(at, tangent, here, raised)
             made = size

@@ -1,4 +1,4 @@
-"""Prediction of how an equilibrium changes with nodes, pressures and other loads: to first order, or along a curve."""
+"""Prediction of how an equilibrium changes with nodes, pressures and other loads, to first order or along its path."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ ENOUGH = 1e-2
 """Relative accuracy of a prediction, which is of first order only."""
 
 MOST_BEYOND = 2.0
-"""How far beyond a state a curve may be followed, as a multiple of the way from the one before."""
+"""How far beyond a state its path is extrapolated, as a multiple of the way from the one before."""
 
 MOST_BEFORE = 3
-"""States before it through which a curve goes: more change little, and rounding grows with its degree."""
+"""Most states before it that are used for that: more change little, and polynomials of higher degree magnify errors."""
 
 
 def predict(at: Configuration, tangent: Tangent, state: State, dX: np.ndarray, loads: Loads) -> Guess:
@@ -105,15 +105,16 @@ def predict_change(at: Configuration, tangent: Tangent, state: State, there: Con
     return model.state(begin + tangent.solve_at(at, state, supported(at, push), ENOUGH))
 
 
-def along_curve(
+def along_path(
     there: Configuration, state: State, ahead: State, earlier: Sequence[tuple[State, float]], to: float
 ) -> State | None:
-    """A state on a curve through others on its path, which leads towards `ahead` first.
+    """The next state on a path of equilibria, extrapolated by polynomials through the last ones.
 
-    The degree of the curve is the number of the other states, one more for where it leads: what turns is not stretched
-    by it, as it is by a prediction of first order, so gradients that turn with the body are not needed. Of the curves
-    through the last state, the last two and the last three, that whose state is nearest to balance is taken. None where
-    there is no other state, or the last one is too near to say much.
+    The polynomial through `state` and k states before it has the slope of the path at `state`, so its degree is k + 1,
+    and its error is of order k + 2. Unlike a prediction of first order it does not stretch what turns, so it needs no
+    deformation gradients that turn with the body. Of k = 1, 2 and 3 the state with the smallest residual is taken.
+    Where a column buckles all of them lead mixed elements astray, so these go on to first order where that leaves a
+    smaller residual. (That of plain elements says little before displacements are fitted to gradients.)
 
     Parameters
     ----------
@@ -122,34 +123,43 @@ def along_curve(
     state, ahead : State
         An equilibrium, and what `predict_change` says of the loads there.
     earlier : sequence of (State, float)
-        Other equilibria on the path, in order, and where they are: shares of the way from `state` to `ahead`, negative.
+        Equilibria before it on the path, in order, and where they are: shares of the way from `state` to `ahead`,
+        negative.
     to : float
         The share where a state is sought.
+
+    Returns
+    -------
+    State, or None where a prediction of first order serves better: without states before, where the last one is too
+    near to say much, and where mixed elements leave the path.
     """
     if not earlier or to > MOST_BEYOND * -earlier[-1][1]:
         return None
-    numbers = range(1, min(len(earlier), MOST_BEFORE) + 1)
-    curves = [_on_curve(state, ahead, earlier[-number:], to) for number in numbers]
-    if len(curves) == 1:
-        return curves[0]
-    return min(curves, key=lambda curve: np.nan_to_num(relative_residual(there, curve), nan=np.inf))
+    last = earlier[-MOST_BEFORE:]
+    counts = range(0 if there.model.mixed else 1, len(last) + 1)
+    found = [_polynomial(state, ahead, last[len(last) - count :], to) for count in counts]
+    if len(found) == 1:
+        return found[0]
+    residuals = [relative_residual(there, each) for each in found]
+    nearest = int(np.argmin(np.nan_to_num(residuals, nan=np.inf)))
+    return found[nearest] if counts[nearest] else None
 
 
-def _on_curve(state: State, ahead: State, earlier: Sequence[tuple[State, float]], to: float) -> State:
-    """The state at a share of the way on the polynomial through all of these; see `along_curve`."""
+def _polynomial(state: State, ahead: State, earlier: Sequence[tuple[State, float]], to: float) -> State:
+    """The polynomial through `state` and earlier ones, with the slope from `state` to `ahead`, at the share `to`."""
     shares = np.array([share for _, share in earlier])
-    # Lagrange's weights of what the states are beside the tangent, over the squares of their shares.
+    # Lagrange's weights, for what states are beside the tangent over the squares of their shares.
     others = [np.delete(shares, number) for number in range(len(shares))]
     weights = [np.prod((to - other) / (own - other)) for own, other in zip(shares, others, strict=True)]
 
-    def along(here: np.ndarray, there: np.ndarray, *were: np.ndarray) -> np.ndarray:
+    def at(here: np.ndarray, there: np.ndarray, *before: np.ndarray) -> np.ndarray:
         beside = sum(
-            weight * (to / share) ** 2 * (was - here - share * (there - here))
-            for weight, share, was in zip(weights, shares, were, strict=True)
+            weight * (to / share) ** 2 * (each - here - share * (there - here))
+            for weight, share, each in zip(weights, shares, before, strict=True)
         )
         return here + to * (there - here) + beside
 
-    return jax.tree.map(along, state, ahead, *(each for each, _ in earlier))
+    return jax.tree.map(at, state, ahead, *(each for each, _ in earlier))
 
 
 def _difference(there: Loads, here: Loads) -> Loads:

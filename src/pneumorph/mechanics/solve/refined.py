@@ -54,7 +54,7 @@ ROUGH_FROM, ROUGH, SMOOTH = 0.1, (0.3, 12), (0.1, 40)
 norm of the preconditioner, or take so many products."""
 
 ENOUGH = 0.7
-"""The part of the residual with which a search may end that the equations of its last step leave."""
+"""Residual to which the last step is solved, as a part of that at which the search ends."""
 
 MET = 5e-3
 """Relative residual at which a search ends, or that part of the first one in the norm of the preconditioner: the
@@ -227,7 +227,7 @@ def search_refined(
         if place.size <= MET * scale or size <= MET * first:
             return here.balanced(vector)
         left, most = ROUGH if place.size > ROUGH_FROM * scale else SMOOTH
-        # The last step need not lead farther than to where the search ends.
+        # No step is solved better than the search needs to end.
         step, _ = here.solved(forces, max(left, ENOUGH * MET * first / size), most)
         following = _lower(there, place, step) if nested.definite else _contracted(here, vector, step, size)
         if following is None:

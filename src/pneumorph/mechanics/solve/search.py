@@ -34,7 +34,7 @@ from pneumorph.mechanics.solve.equilibrium import TOLERANCE, Equilibrium, NoEqui
 from pneumorph.mechanics.solve.filled import FIRST, Filled, Search, fill, nearest_pressure, pressure_of
 from pneumorph.mechanics.solve.fitting import fitted
 from pneumorph.mechanics.solve.landing import Unheld, landed, unheld
-from pneumorph.mechanics.solve.prediction import MOST_BEFORE, along_curve, guess_after, predict_change
+from pneumorph.mechanics.solve.prediction import MOST_BEFORE, along_path, guess_after, predict_change
 from pneumorph.mechanics.solve.saddle import find_stable
 
 SMALLEST_FRACTION = 1 / 20
@@ -272,16 +272,16 @@ def _raise(
 ) -> Equilibrium | NoEquilibrium:
     """Raise the load from an equilibrium of `begin` to the loads of `whole`, in adaptive steps; nodes may move too.
 
-    Every step begins where the state before it is predicted to lead, from the second one on by a curve through the last
-    states if there are neither contact nor sheets nor fibres. Long steps of plain elements are given up soon; others
-    take more factorisations anyway.
+    Every step begins where the state before it is predicted to lead. Without contact, sheets and fibres the path is
+    extrapolated from the second step on. Long steps of plain elements are given up soon; others take more
+    factorisations anyway.
     """
     at, ahead, residual, reached, reason, passed = begin, None, 0.0, 0.0, "", deque(earlier, MOST_BEFORE)
     reshaped = not np.array_equal(whole.X, begin.X)
     still = (np.array_equal(getattr(whole.loads, part), getattr(begin.loads, part)) for part in ("shift", "held"))
     moving = reshaped or not all(still)
     step = FIRST_RESHAPED if reshaped else FIRST_MOVED if moving else 1.0
-    plain = whole.model.plain
+    plain, smooth = whole.model.plain, whole.model.contact is None and not whole.model.reinforcements
     while reached < 1.0:
         short = SMALLEST_MOVE if moving else SMALLEST_FRACTION
         smallest = short if moving or reached else SMALLEST_FIRST
@@ -297,10 +297,10 @@ def _raise(
         start = without_meeting(part, state, start)
         divisible, spent = plain and fraction - reached >= 2 * short, tangent.factorisations
         # Shares of the way that is left.
-        left = [(one, (share - reached) / (1.0 - reached)) for one, share in passed]
-        curved = _curved(part, state, ahead, left, (fraction - reached) / (1.0 - reached), start)
+        back = [(one, (share - reached) / (1.0 - reached)) for one, share in passed] if smooth else []
+        further = along_path(part, state, ahead, back, (fraction - reached) / (1.0 - reached))
         with doing(_where(part, fraction)):
-            guess = guess_after(at, state, part, start) if curved is None else Guess(curved)
+            guess = guess_after(at, state, part, start) if further is None else Guess(further)
             found = _found_soon(part, tangent, guess, tolerance, FEW if divisible else math.inf)
             if isinstance(found, str) and (step < short or (whole.model.contact is not None and not moving)):
                 # Near a limit load, and where surfaces come near, a prediction may lead farther away.
@@ -316,33 +316,6 @@ def _raise(
         (state, residual), reached, at, ahead = found, fraction, part, None
         step *= 1.5 if not divisible or tangent.factorisations - spent <= EASY else 1.0
     return read_off(at, tangent, state, residual, before)
-
-
-def _curved(
-    part: Configuration,
-    state: State,
-    ahead: State,
-    passed: Sequence[tuple[State, float]],
-    to: float,
-    start: State,
-) -> State | None:
-    """The next state by a curve, where that is better than the start that first order predicts.
-
-    Where a column buckles a curve leads mixed elements astray; what it predicts there is farther from balance. The
-    start of plain elements, whose volumetric stress says little, is always worse.
-
-    Parameters
-    ----------
-    part, start : the next loads, and what first order predicts there.
-    state, ahead, passed, to : see `along_curve`.
-    """
-    model = part.model
-    if model.contact is not None or model.reinforcements:
-        return None
-    curved = along_curve(part, state, ahead, passed, to)
-    if curved is None or model.plain:
-        return curved
-    return curved if relative_residual(part, curved) < relative_residual(part, start) else None
 
 
 def _found_soon(

@@ -125,13 +125,10 @@ def secant_start(walked: list[tuple[Configuration, State]], at: Configuration) -
 def _earlier(walked: list[tuple[Configuration, State]], at: Configuration) -> list[tuple[State, float]]:
     """The states before the last one from which loads went on the way that they go now, and at which fractions."""
     earlier: list[tuple[State, float]] = []
-    if not walked:
-        return earlier
-    *before, (now, _) = walked
-    ahead = _change(now.loads, at.loads)
-    length = float(np.linalg.norm(ahead))
-    for there, state in reversed(before):
-        done = _change(there.loads, now.loads)
+    for there, state in reversed(walked[:-1]):
+        now = walked[-1][0].loads
+        done, ahead = _change(there.loads, now), _change(now, at.loads)
+        length = float(np.linalg.norm(ahead))
         part = float(np.linalg.norm(done)) / length if length > 0.0 else 0.0
         nearest = -earlier[0][1] if earlier else 0.0
         if part <= nearest or not np.allclose(done, part * ahead, rtol=0.0, atol=STRAIGHT * length):
