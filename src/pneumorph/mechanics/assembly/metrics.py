@@ -67,7 +67,7 @@ def metrics_after(model: Model, X: np.ndarray, state: State, dx: np.ndarray) -> 
     u, after = displacement(model.tip, X, state), []
     for elements, _ in covers(model.potential):
         at = elements.local(X, u, state)
-        after.append(metrics(elements, at) + metrics_along(elements, at, dx[elements.nodes]))
+        after.append(metrics(elements, at) + metrics_along(elements, at, elements.gathered(dx)))
     return after
 
 
@@ -89,7 +89,7 @@ def metrics_along_state(model: Model, X: np.ndarray, state: State, change: State
     nodes = Displacement(model.tip, X, state)
     du = nodes.along(change)
     return [
-        metrics_along(elements, elements.local(X, nodes.u, state), du[elements.nodes])
+        metrics_along(elements, elements.local(X, nodes.u, state), elements.gathered(du))
         for elements, _ in covers(model.potential)
     ]
 

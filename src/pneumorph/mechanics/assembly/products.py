@@ -13,6 +13,7 @@ from pneumorph.mechanics.contact.pose import STILL
 from pneumorph.mechanics.elements.energy import Forces, Pulled
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.points import add_rows
+from pneumorph.mechanics.elements.several import TOGETHER
 from pneumorph.mechanics.elements.terms import Connectivity, Loads
 
 
@@ -113,19 +114,30 @@ def pullback(
     """
     nodes, tip = Displacement(potential.tip, X, state), potential.tip.nodes
     by_X, by_u, by_w = np.zeros((3, len(ws), *X.shape))
-    acting = [_none(loads) for _ in ws]
+    acting, moved = [_none(loads) for _ in ws], [nodes.along(w) for w in ws]
 
     def parts(groups: Iterable[Group], on_forces: bool) -> Iterator[tuple[int, Connectivity, Pulled]]:
         """For every energy of the groups and every w: its number, the connectivity, and what is pulled back."""
         for elements, energies in groups:
             at = elements.local(X, nodes.u, state)
-            pulls = [energy.pullback(elements, at, loads, len(ws) > 1, on_forces) for energy in energies]
-            for k, w in enumerate(ws):
-                along = elements.local(X, nodes.along(w), w)
+            pulls = [energy.pullback(elements, at, loads, on_forces) for energy in energies]
+            for k, (du, w) in enumerate(zip(moved, ws, strict=True) if pulls else ()):
+                along = elements.moving(du, w)
                 for pull in pulls:
                     yield k, elements, pull(Forces(along.u, along.hydrostatic, along.plate, along.objects))
 
-    for k, elements, pulled in parts(potential.groups, False):
+    several, each = [], []
+    for elements, energies in potential.groups:
+        at = elements.local(X, nodes.u, state)
+        pulls = [energy.pullback_of_several(elements, at) if len(ws) > 1 else None for energy in energies]
+        several += [pull for pull in pulls if pull is not None]
+        left = (energy for energy, pull in zip(energies, pulls, strict=True) if pull is None)
+        each.append(Group(elements, tuple(left)))
+    for pull in several:
+        for first in range(0, len(ws), TOGETHER):
+            own = slice(first, first + TOGETHER)
+            by_X[own] += pull(moved[own], ws[own])
+    for k, elements, pulled in parts(each, False):
         add_rows(pulled.X, elements.nodes, by_X[k])
         acting[k] = jax.tree.map(np.add, acting[k], pulled.loads)
     # Only those of the tip's nodes are used.
@@ -134,7 +146,7 @@ def pullback(
         add_rows(pulled.w, elements.nodes, by_w[k])
     for touch, number, free in potential.touches(X + nodes.u, state, loads):
         for k, w in enumerate(ws):
-            by_x, by_pose = touch.change(nodes.along(w), STILL if free is None else w.objects[free])
+            by_x, by_pose = touch.change(moved[k], STILL if free is None else w.objects[free])
             by_X[k] += by_x
             by_u[k] += by_x
             by_w[k] += touch.slope

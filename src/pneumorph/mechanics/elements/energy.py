@@ -6,7 +6,7 @@ again for another mesh. This works element by element; `assembly/potential.py` a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar, NamedTuple
 
 import jax
@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Connectivity, Loads, Local, Values
 
 
@@ -37,6 +38,9 @@ class Pulled(NamedTuple):
     w: np.ndarray
     loads: Loads
 
+
+PullSeveral = Callable[[Sequence[np.ndarray], Sequence[State]], np.ndarray]
+"""Of the motions (N, 3) of all nodes in k adjoints, and these: derivatives (k, N, 3) of (∂Π/∂(u, π))·w by all nodes."""
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Second derivatives by u and u, node pairs a ≤ b (E, a(a + 1)/2, 9), by u and π (E, a, c, 3), by π and π (E, c, c)."""
@@ -102,9 +106,9 @@ class ElementEnergy:
         return lambda along: self.change(elements, at, loads, along, still)
 
     def pullback(
-        self, elements: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
+        self, elements: Connectivity, at: Local, loads: Loads, on_forces: bool = True
     ) -> Callable[[Forces], Pulled]:
-        """A function of w: derivatives of the product (forces·w). `several` says whether more than one w is to come.
+        """A function of w: derivatives of the product (forces·w).
 
         Those by u and by w's own u are left out, or zero, without `on_forces`.
 
@@ -116,8 +120,6 @@ class ElementEnergy:
             What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
         loads : Loads
             In the units of `Loads`.
-        several : bool
-            Whether more than one w is to come, so that it pays to compute more once.
         on_forces : bool
             Whether the derivatives by u and by w's own u are wanted; without it they may be zero.
         """
@@ -133,6 +135,13 @@ class ElementEnergy:
             return Pulled(X, u, own, acting)
 
         return pull_by_jax
+
+    def pullback_of_several(self, elements: Connectivity, at: Local) -> PullSeveral | None:
+        """A function of several w, faster than `pullback` for each of them; None where there is none.
+
+        Of an energy that no load enters.
+        """
+        return None
 
     def blocks(
         self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None

@@ -56,7 +56,7 @@ class Guess:
 def deformation_gradients(tets: np.ndarray, X: np.ndarray, u: np.ndarray) -> np.ndarray:
     """F (3, 3, 4, M) at the quadrature points of tetrahedra (M, 10) with nodes X (N, 3) displaced by u."""
     F, A = np.empty((3, 3, 4, len(tets))), np.empty((3, 3, 4, len(tets)))
-    strain(X[tets], u[tets], TET_DN, TET_WEIGHT, F, A, np.empty((4, len(tets))))
+    strain(X.take(tets, axis=0), u.take(tets, axis=0), TET_DN, TET_WEIGHT, F, A, np.empty((4, len(tets))))
     return F
 
 
@@ -75,8 +75,8 @@ def gradients_after(tets: np.ndarray, X: np.ndarray, u: np.ndarray, dX: np.ndarr
         How they change, mm.
     """
     F, A, dF = (np.empty((3, 3, 4, len(tets))) for _ in range(3))
-    strain(X[tets], u[tets], TET_DN, TET_WEIGHT, F, A, np.empty(F.shape[2:]))
-    straining(dX[tets], du[tets], TET_DN, F, A, dF, np.empty(F.shape), np.empty(F.shape[2:]))
+    strain(X.take(tets, axis=0), u.take(tets, axis=0), TET_DN, TET_WEIGHT, F, A, np.empty(F.shape[2:]))
+    straining(dX.take(tets, axis=0), du.take(tets, axis=0), TET_DN, F, A, dF, np.empty(F.shape), np.empty(F.shape[2:]))
     turn_on(F, dF, SQUARINGS)
     return F
 

@@ -58,7 +58,7 @@ class Weight(ElementEnergy):
         return lambda along: none
 
     def pullback(
-        self, elements: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
+        self, elements: Connectivity, at: Local, loads: Loads, on_forces: bool = True
     ) -> Callable[[Forces], Pulled]:
         """A function of w: derivatives of −∫ ρ₀ g·w by X (E, 10, 3), w and g; by u there are none.
 
@@ -66,7 +66,7 @@ class Weight(ElementEnergy):
 
         Parameters
         ----------
-        elements, at, loads, several, on_forces
+        elements, at, loads, on_forces
             As for `ElementEnergy.pullback`.
         """
         volumes, by_X = _volumes(elements, at)

@@ -15,6 +15,7 @@ import numpy as np
 from jax import Array
 
 from pneumorph.mechanics.elements import points, stretches
+from pneumorph.mechanics.elements.stiffness import moduli_of_invariants
 from pneumorph.mechanics.elements.terms import Values
 from pneumorph.mechanics.material.energies import Energy, Invariants, Stretches, invariants
 
@@ -36,6 +37,15 @@ class StrainedPoints(NamedTuple):
     A: np.ndarray
     hydrostatic: np.ndarray
     measure: np.ndarray
+
+
+class Tangents(NamedTuple):
+    """∂ψ/∂F (3, 3, 4, C), ∂ψ/∂π (4, C), ∂²ψ/∂F∂F (9, 9, 4, C) and ∂²ψ/∂F∂π (9, 4, C) at the points of a chunk."""
+
+    stress: np.ndarray
+    slope: np.ndarray
+    moduli: np.ndarray
+    coupling: np.ndarray
 
 
 Along = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
@@ -108,6 +118,20 @@ def along_at(law: Law, here: StrainedPoints, several: bool = False) -> Along:
         return stress, slope, dstress.reshape(dF.shape), np.einsum("aqe,aqe->qe", mixed, flat) + among * dhydrostatic
 
     return by_moduli
+
+
+def tangents_at(law: Law, here: StrainedPoints) -> Tangents:
+    """First and second derivatives of ψ at the points."""
+    F, count = here.F, here.hydrostatic.shape
+    if law.energy_density.of_invariants is not None:
+        by_invariants, slope = map(np.array, invariant_derivatives(law, F, here.hydrostatic))
+        stress, coupling, moduli = np.empty(F.shape), np.empty(F.shape), np.empty((9, 9, *count))
+        points.stress_along(by_invariants, F, np.zeros(F.shape), np.ones(count), stress, coupling, np.empty(count))
+        moduli_of_invariants(by_invariants, F, moduli)
+        return Tangents(stress, slope, moduli, coupling.reshape(9, *count))
+    _, stress, slope = stress_at(law, here)
+    of_volume = here._replace(measure=np.ones(count))
+    return Tangents(stress, slope, moduli_at(law, of_volume), couplings_at(law, of_volume)[0])
 
 
 def _principal(F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

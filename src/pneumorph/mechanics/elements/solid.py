@@ -6,7 +6,7 @@ the general way of `energy.py`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
@@ -19,16 +19,25 @@ from jax.tree_util import register_dataclass
 
 from pneumorph.mechanics.elements import points
 from pneumorph.mechanics.elements.element import TET_CORNER_N, TET_DN, TET_WEIGHT, tet_energies
-from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces, Pulled
-from pneumorph.mechanics.elements.kinematics import volume_ratio
+from pneumorph.mechanics.elements.energy import Blocks, ElementEnergy, Forces, Pulled, PullSeveral
+from pneumorph.mechanics.elements.kinematics import State, volume_ratio
 from pneumorph.mechanics.elements.response import (
     Along,
     StrainedPoints,
+    Tangents,
     along_at,
     couplings_at,
     invariant_derivatives,
     moduli_at,
     stress_at,
+    tangents_at,
+)
+from pneumorph.mechanics.elements.several import (
+    TET_SLOPES,
+    TOGETHER,
+    add_side_by_side,
+    shape_forces_of_several,
+    side_by_side,
 )
 from pneumorph.mechanics.elements.stiffness import (
     coupling_blocks,
@@ -132,12 +141,11 @@ class Solid(ElementEnergy):
         return product
 
     def pullback(
-        self, elements: Connectivity, at: Local, loads: Loads, several: bool, on_forces: bool = True
+        self, elements: Connectivity, at: Local, loads: Loads, on_forces: bool = True
     ) -> Callable[[Forces], Pulled]:
         """A function of w = (u (E, 10, 3), π (E, c)): derivatives (E, 10, 3) of (∂∫ψ/∂(u, π))·w by X, u, and w's own u.
 
-        The last two are zero without `on_forces`. What does not depend on w is computed once; with `several` w to come,
-        the moduli at the points too.
+        The last two are zero without `on_forces`. What does not depend on w is computed once.
 
         Parameters
         ----------
@@ -147,13 +155,11 @@ class Solid(ElementEnergy):
             What the elements see: X and u (E, a, 3) in mm, π (E, c) in MPa.
         loads : Loads
             Unused: none enters.
-        several : bool
-            Whether more than one w is to come.
         on_forces : bool
             Whether the derivatives by u and by w's own u are wanted.
         """
         none = jax.tree.map(np.zeros_like, loads)
-        prepared = each(lambda chunk: _linearised(self, elements, at, chunk, several), elements.chunks())
+        prepared = each(lambda chunk: _linearised(self, elements, at, chunk, False), elements.chunks())
 
         def pull(w: Forces) -> Pulled:
             X, u, own = np.empty(at.u.shape), np.zeros(at.u.shape), np.zeros(at.u.shape)
@@ -171,6 +177,34 @@ class Solid(ElementEnergy):
 
             each(work, prepared)
             return Pulled(X, u, own, none)
+
+        return pull
+
+    def pullback_of_several(self, elements: Connectivity, at: Local) -> PullSeveral:
+        """The moduli at the points are computed once, and `TOGETHER` w are pulled back at once."""
+
+        def prepare(chunk: slice) -> tuple[slice, StrainedPoints, Tangents]:
+            here = strained(elements, at, chunk)
+            return chunk, here, tangents_at(self.at(at.data[chunk]), here)
+
+        prepared = each(prepare, elements.chunks())
+
+        def pull(moved: Sequence[np.ndarray], ws: Sequence[State]) -> np.ndarray:
+            along, hydrostatic = side_by_side(moved), side_by_side([w.hydrostatic for w in ws])
+
+            def work(part: tuple[slice, StrainedPoints, Tangents]) -> tuple[np.ndarray, np.ndarray]:
+                chunk, here, tangents = part
+                nodes, dhydrostatic = elements.nodes[chunk].T, np.zeros((4, elements.chunk, TOGETHER))
+                if elements.hydrostatics.shape[1]:
+                    dhydrostatic = np.tensordot(TET_CORNER_N, hydrostatic.take(elements.hydrostatics[chunk].T, 0), 1)
+                slopes = np.tensordot(TET_SLOPES, along.take(nodes, axis=0), 1)
+                shape_forces_of_several(slopes, dhydrostatic, *tangents, here.F, here.A, here.measure)
+                return nodes, np.tensordot(TET_SLOPES, slopes, ((0, 1), (0, 1)))
+
+            by_X = np.zeros(along.shape)
+            for nodes, forces in each(work, prepared):
+                add_side_by_side(forces, nodes, by_X)
+            return np.moveaxis(by_X[..., : len(ws)], -1, 0)
 
         return pull
 

@@ -69,6 +69,27 @@ def invariant_blocks(derivatives, F, inverse_jacobian, derivative, blocks):
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
+def moduli_of_invariants(derivatives, F, moduli):
+    """∂²w/∂F∂F of an energy w(I₁, I₂, J), into moduli (9, 9, 4, M).
+
+    Parameters
+    ----------
+    derivatives : (9 or more, 4, M) array
+        Of w, as for `invariant_blocks`, but not times volumes.
+    F : (3, 3, 4, M) array
+    moduli : (9, 9, 4, M) array
+        Filled.
+    """
+    A, slopes = np.empty((9, 9)), np.empty((3, 9))
+    for e in range(F.shape[3]):
+        for point in range(4):
+            moduli_by_invariants(derivatives[:, point, e], F[:, :, point, e], slopes, A)
+            for i in range(9):
+                for j in range(9):
+                    moduli[i, j, point, e] = A[i, j]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
 def node_blocks(moduli, inverse_jacobian, derivative, blocks):
     """The blocks (M, 10, 9) of `element_blocks` of every node with itself.
 

@@ -34,7 +34,7 @@ def summed(measure: Measure, elements: Connectivity, X: np.ndarray, u: np.ndarra
     *given
         Further arguments of the function.
     """
-    at, moved = X[elements.nodes], u[elements.nodes]
+    at, moved = elements.gathered(X), elements.gathered(u)
     if not len(at):
         return np.zeros(jax.eval_shape(measure, at, moved, elements.data, elements.weight, *given).shape)
     parts = [
@@ -61,7 +61,7 @@ def pulled_back(
     *given
         Further arguments of the function.
     """
-    at, moved = X[elements.nodes], u[elements.nodes]
+    at, moved = elements.gathered(X), elements.gathered(u)
     by_X, by_u = np.zeros((2, len(cotangents), *X.shape))
     for chunk in elements.chunks():
         arguments = at[chunk], moved[chunk], elements.data[chunk], elements.weight[chunk], given
