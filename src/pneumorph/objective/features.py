@@ -19,7 +19,6 @@ from pneumorph.mechanics.contact import pressing
 from pneumorph.mechanics.contact.obstacle import AREA, FORCE, NORMAL
 from pneumorph.mechanics.elements import sums
 from pneumorph.mechanics.elements.element import (
-    TET_N,
     TET_WEIGHT,
     TRIANGLE_N,
     TRIANGLE_WEIGHTS,
@@ -27,7 +26,8 @@ from pneumorph.mechanics.elements.element import (
     triangle_points,
 )
 from pneumorph.mechanics.elements.kinematics import State
-from pneumorph.mechanics.elements.terms import Connectivity, Values, connect
+from pneumorph.mechanics.elements.slabs import slab_moments, slab_moments_pulled_back
+from pneumorph.mechanics.elements.terms import Connectivity, Values
 from pneumorph.mechanics.material.energies import determinant
 from pneumorph.objective.rotations import continued_logarithm, polar_rotation
 from pneumorph.symmetry.part import Part, images_of
@@ -213,12 +213,12 @@ def element_sums(
     if not model.plate:
         centre = tip_centre(model.tip, X, X)
         face = sums.summed(_face_moments, model.face, X, u, centre)
-        below = _moments(model, X, u, equidistant(SECTIONS_TO_TIP, float(centre[2])))
+        below = slab_moments(model.tets, X, u, *equidistant(SECTIONS_TO_TIP, float(centre[2])))
     poses = _poses(model, state, shift)
     volume = volumes_of(model, X, u, poses)
     touching = pressing.pressed(model.contact, X + u, poses)
     mass = sum(density * sums.summed(_rubber_volume, part, X, u) for density, part in _rubbers(model))
-    sections = _moments(model, X, u, slabs)
+    sections = slab_moments(model.tets, X, u, *slabs)
     return ElementSums(np.asarray(state.plate), volume, sections, face, below, touching, poses, np.asarray(mass))
 
 
@@ -252,13 +252,12 @@ def sums_pulled_back(
     poses = _poses(model, state, shift)
     parts: list[tuple[sums.Measure, Connectivity, np.ndarray, tuple]]
     parts = [(measure, part, cotangents.volume, given) for measure, part, given in volume_parts(model, poses)]
-    for number, elements in enumerate(_tets_of_slabs(model, X, slabs)):
-        parts.append((_slab_moments, elements, cotangents.sections[:, [number]], (slabs.middle[[number]], slabs.half)))
     parts += [(_rubber_volume, part, density * cotangents.mass, ()) for density, part in _rubbers(model)]
     if not model.plate:
         parts.append((_face_moments, model.face, cotangents.face, (tip_centre(model.tip, X, X),)))
+    if len(slabs.middle):
+        by_X, by_u = slab_moments_pulled_back(model.tets, X, u, *slabs, np.array(cotangents.sections))
     for function, elements, bars, given in parts:
-        # Most objectives' residuals are of one section each.
         some = bars.reshape(len(bars), -1).any(axis=1)
         if some.any():
             one, other = sums.pulled_back(function, elements, X, u, bars[some], *given)
@@ -323,13 +322,6 @@ def _fitted(images: np.ndarray, moments: Array) -> tuple[Array, Array, Array]:
     return jax.vmap(one)(jnp.asarray(moments))
 
 
-def _moments(model: Model, X: np.ndarray, u: np.ndarray, slabs: Slabs) -> np.ndarray:
-    """Moments (S, 16) of slabs; empty without slabs."""
-    if not len(slabs.middle):
-        return np.zeros((0, 16))
-    return sums.summed(_slab_moments, model.tets, X, u, slabs.middle, slabs.half)
-
-
 def _rubbers(model: Model) -> Iterator[tuple[float, Connectivity]]:
     """The density of every rubber, in g/mm³, and its elements."""
     solids = (term for term in model.terms if term.energy.of_rubber)
@@ -340,32 +332,6 @@ def _rubbers(model: Model) -> Iterator[tuple[float, Connectivity]]:
 def _rubber_volume(X: Values, u: Values, data: Values, weight: Values) -> Array:
     """The undeformed volume of tetrahedra, mm³."""
     return jnp.sum(TET_WEIGHT * determinant(reference_gradients(X)) * weight)
-
-
-def _tets_of_slabs(model: Model, X: np.ndarray, slabs: Slabs) -> Iterator[Connectivity]:
-    """For every slab the tetrahedra that are in it, at least in part."""
-    nodes = model.tets.nodes[: model.tets.count]
-    height = X[nodes, 2] @ np.asarray(TET_N).T
-    for middle in slabs.middle:
-        yield connect(nodes[(np.abs(height - middle) < slabs.half).any(axis=1)])
-
-
-def _slab_moments(X: Values, u: Values, data: Values, weight: Values, middles: Values, half: Values) -> Array:
-    """Moments (S, 16) of slabs over the undeformed volume of tetrahedra.
-
-    The weight in a slab is cos² of the distance from its middle, so that means change smoothly when the design moves
-    nodes into a slab or out of it.
-    """
-    measure = (TET_WEIGHT * determinant(reference_gradients(X)) * weight).T
-    place = jnp.einsum("ga,eai->egi", TET_N, X)
-    moved = place + jnp.einsum("ga,eai->egi", TET_N, u)
-
-    def slab(middle: Array) -> Array:
-        away = jnp.clip((place[..., 2] - middle) / half, -1.0, 1.0)
-        share = measure * jnp.cos(jnp.pi / 2 * away) ** 2
-        return _weighted(share, place - middle * jnp.array([0.0, 0.0, 1.0]), moved)
-
-    return jax.vmap(slab)(jnp.asarray(middles))
 
 
 def _face_moments(X: Values, u: Values, data: Values, weight: Values, origin: Values) -> Array:
