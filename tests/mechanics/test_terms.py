@@ -27,6 +27,7 @@ from pneumorph.mechanics.contact.triangulated import Triangulated
 from pneumorph.mechanics.elements.energy import ElementEnergy, Term
 from pneumorph.mechanics.elements.loading import CapPressure, ChamberPressure, Plate, Weight
 from pneumorph.mechanics.elements.reinforcement import Fibres, Membrane
+from pneumorph.mechanics.elements.several import TOGETHER
 from pneumorph.mechanics.elements.solid import Solid
 from pneumorph.mechanics.elements.terms import connect
 from pneumorph.mechanics.material import energies
@@ -303,6 +304,17 @@ def test_shape_and_load_derivatives_are_those_of_the_residual(place):
     assert w @ pushed == pytest.approx(slope, rel=1e-9, abs=1e-12)
 
 
+def test_several_adjoints_have_the_derivatives_of_each(place):
+    adjoints = [place.model.state(factor * place.adjoint) for factor in (1.0, -2.0)]
+    each = [products.pullback(*place.arguments(), [w])[0] for w in adjoints]
+    for (by_nodes, by_loads), (own, of_loads) in zip(
+        products.pullback(*place.arguments(), adjoints), each, strict=True
+    ):
+        assert by_nodes == pytest.approx(own, rel=1e-9, abs=1e-11 * np.abs(own).max())
+        for one, other in zip(by_loads, of_loads, strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
 def test_nothing_rides_on_a_free_tip():
     test_shape_and_load_derivatives_are_those_of_the_residual(Place(built(SOFT, plate=False)))
 
@@ -340,11 +352,9 @@ def test_more_elements_than_a_chunk_holds(rubber, mixed):
         yield of.vector(residual)
         yield of.vector(products.tangent_product(*arguments, along))
         yield of.vector(products.shape_product(*arguments, dX))
-        (alone, _), ((first, _), (second, _)) = (
-            *products.pullback(*arguments, [along]),
-            products.pullback(*arguments, [along, of.state(2.0 * change)]),
-        )
-        yield from (alone, first, second)
+        ((alone, _),) = products.pullback(*arguments, [along])
+        several = products.pullback(*arguments, [of.state(factor * change) for factor in range(1, TOGETHER + 2)])
+        yield from (alone, *(by_X for by_X, _ in several))
 
     for one, other in zip(everything(fast), everything(slow), strict=True):
         assert one == pytest.approx(other, rel=1e-9, abs=1e-11 * np.abs(other).max())

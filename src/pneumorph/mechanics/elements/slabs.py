@@ -34,7 +34,8 @@ def slab_moments(elements: Connectivity, X: np.ndarray, u: np.ndarray, middles: 
         Half of the thickness of each, mm.
     """
     moments = np.zeros((len(middles), 16))
-    _moments(X, u, elements.nodes[: elements.count], middles, half, moments)
+    if len(middles):
+        _moments(X, u, elements.nodes[: elements.count], middles, half, moments)
     return moments
 
 
