@@ -36,6 +36,16 @@ class Weight(ElementEnergy):
     def energies(self, local: Local, loads: Loads) -> Array:
         return -tet_works(local.X, local.u, self.density * loads.acceleration)
 
+    def forces(self, elements: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
+        """−∫ ρ₀ g·u over all elements, and its derivatives by u (E, 10, 3), which are the same for all u."""
+        body, none = float(self.density) * np.asarray(loads.acceleration), _no_forces(at)
+        if not body.any():
+            return 0.0, none
+        for chunk in elements.chunks():
+            carried = _strained(elements, at, chunk)[1] @ TET_N
+            np.multiply(-carried[:, :, None], body, out=none.u[chunk])
+        return float(np.vdot(none.u, at.u)), none
+
     def blocks(self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> None:
         """None: it is linear in u.
 
@@ -54,7 +64,7 @@ class Weight(ElementEnergy):
         elements, at, loads
             As for `ElementEnergy.tangent_map`.
         """
-        none = Forces(*(np.zeros(each.shape) for each in (at.u, at.hydrostatic, at.plate, at.objects)))
+        none = _no_forces(at)
         return lambda along: none
 
     def pullback(
@@ -69,7 +79,8 @@ class Weight(ElementEnergy):
         elements, at, loads, on_forces
             As for `ElementEnergy.pullback`.
         """
-        volumes, by_X = _volumes(elements, at)
+        A, volumes = _strained(elements, at, slice(None))
+        by_X = (volumes[:, :, None, None] * (TET_DN @ A.transpose(3, 2, 0, 1))).reshape(len(at.X), 4, 30)
         body, none = float(self.density) * np.asarray(loads.acceleration), jax.tree.map(np.zeros_like, loads)
         carried = volumes @ TET_N
         own = -carried[:, :, None] * body
@@ -83,13 +94,16 @@ class Weight(ElementEnergy):
         return pull
 
 
-def _volumes(elements: Connectivity, at: Local) -> tuple[np.ndarray, np.ndarray]:
-    """Volumes (E, 4) of the quadrature points of tetrahedra, mm³, and their derivatives (E, 4, 30) by X."""
-    count = len(at.X)
-    F, A, measure = np.empty((3, 3, 4, count)), np.empty((3, 3, 4, count)), np.empty((4, count))
-    points.strain(at.X, at.u, TET_DN, TET_WEIGHT, F, A, measure)
-    volumes = (measure * elements.weight).T
-    return volumes, (volumes[:, :, None, None] * (TET_DN @ A.transpose(3, 2, 0, 1))).reshape(count, 4, 30)
+def _no_forces(at: Local) -> Forces:
+    return Forces(*(np.zeros(each.shape) for each in (at.u, at.hydrostatic, at.plate, at.objects)))
+
+
+def _strained(elements: Connectivity, at: Local, some: slice) -> tuple[np.ndarray, np.ndarray]:
+    """∂ξ/∂X (3, 3, 4, E) at the quadrature points of some tetrahedra, 1/mm, and their volumes (E, 4), mm³."""
+    X, weight = at.X[some], elements.weight[some]
+    F, A, measure = np.empty((3, 3, 4, len(X))), np.empty((3, 3, 4, len(X))), np.empty((4, len(X)))
+    points.strain(X, at.u[some], TET_DN, TET_WEIGHT, F, A, measure)
+    return A, (measure * weight).T
 
 
 @partial(register_dataclass, data_fields=[], meta_fields=[])
