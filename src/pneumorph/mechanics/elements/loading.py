@@ -38,13 +38,13 @@ class Weight(ElementEnergy):
 
     def forces(self, elements: Connectivity, at: Local, loads: Loads) -> tuple[float, Forces]:
         """−∫ ρ₀ g·u over all elements, and its derivatives by u (E, 10, 3), which are the same for all u."""
-        body, none = float(self.density) * np.asarray(loads.acceleration), _no_forces(at)
+        body, found = float(self.density) * np.asarray(loads.acceleration), _no_forces(at)
         if not body.any():
-            return 0.0, none
+            return 0.0, found
         for chunk in elements.chunks():
             carried = _strained(elements, at, chunk)[1] @ TET_N
-            np.multiply(-carried[:, :, None], body, out=none.u[chunk])
-        return float(np.vdot(none.u, at.u)), none
+            np.multiply(-carried[:, :, None], body, out=found.u[chunk])
+        return float(np.vdot(found.u, at.u)), found
 
     def blocks(self, elements: Connectivity, at: Local, loads: Loads, ratios: np.ndarray | None = None) -> None:
         """None: it is linear in u.

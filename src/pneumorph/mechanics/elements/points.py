@@ -28,7 +28,7 @@ def _gradient(nodal, derivative):
 
 
 @numba.njit(cache=True, fastmath=FLAGS)
-def _inverse(J, A):
+def inverse(J, A):
     """Write the inverse of J (3, 3) to A, by cofactors; returns det J."""
     for i in range(3):
         i1, i2 = (i + 1) % 3, (i + 2) % 3
@@ -348,13 +348,13 @@ def turn_on(F, dF, squarings):
             for i in range(3):
                 for j in range(3):
                     here[i, j], one[i, j] = F[i, j, q, e], share * dF[i, j, q, e]
-            _inverse(here, other)
+            inverse(here, other)
             _multiply(one, other, turned)
             for i in range(3):
                 for j in range(3):
                     unit = 1.0 if i == j else 0.0
                     one[i, j], other[i, j] = unit - turned[i, j], unit + turned[i, j]
-            _inverse(one, turned)
+            inverse(one, turned)
             _multiply(turned, other, one)
             for _ in range(squarings):
                 _multiply(one, one, other)

@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from pneumorph.mechanics.elements.element import TET_DN, TET_N, TET_WEIGHT
-from pneumorph.mechanics.elements.points import FLAGS
+from pneumorph.mechanics.elements.points import FLAGS, inverse
 from pneumorph.mechanics.elements.terms import Connectivity
 
 _PLACES, _SLOPES, _SHARE = np.array(TET_N), np.array(TET_DN), float(TET_WEIGHT)
@@ -71,24 +71,13 @@ def _at(X, u, nodes, q, P, x, J):
 
 
 @numba.njit(cache=True, fastmath=FLAGS)
-def _adjugate(J, adjugate):
-    """Write ∂ det J/∂J (3, 3) to the second; returns det J."""
-    for i in range(3):
-        i1, i2 = (i + 1) % 3, (i + 2) % 3
-        for k in range(3):
-            k1, k2 = (k + 1) % 3, (k + 2) % 3
-            adjugate[i, k] = J[i1, k1] * J[i2, k2] - J[i1, k2] * J[i2, k1]
-    return J[0, 0] * adjugate[0, 0] + J[0, 1] * adjugate[0, 1] + J[0, 2] * adjugate[0, 2]
-
-
-@numba.njit(cache=True, fastmath=FLAGS)
 def _moments(X, u, nodes, middles, half, moments):
     """Add the moments of all elements to `moments`."""
-    P, x, J, by_J = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    P, x, J, A = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for e in range(nodes.shape[0]):
         for q in range(4):
             _at(X, u, nodes[e], q, P, x, J)
-            height, volume = P[2], _SHARE * _adjugate(J, by_J)
+            height, volume = P[2], _SHARE * inverse(J, A)
             for s in range(middles.shape[0]):
                 away = (height - middles[s]) / half
                 if abs(away) >= 1.0:
@@ -106,12 +95,12 @@ def _moments(X, u, nodes, middles, half, moments):
 @numba.njit(cache=True, fastmath=FLAGS)
 def _pull_back(X, u, nodes, middles, half, cotangents, used, by_X, by_u):
     """Add the derivatives; `used` (k, S) says which cotangents are not zero."""
-    P, x, J, by_J = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    P, x, J, A = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     by_place, by_moved = np.empty(3), np.empty(3)
     for e in range(nodes.shape[0]):
         for q in range(4):
             _at(X, u, nodes[e], q, P, x, J)
-            height, volume = P[2], _SHARE * _adjugate(J, by_J)
+            height, volume = P[2], _SHARE * inverse(J, A)
             for s in range(middles.shape[0]):
                 away = (height - middles[s]) / half
                 if abs(away) >= 1.0:
@@ -137,14 +126,13 @@ def _pull_back(X, u, nodes, middles, half, cotangents, used, by_X, by_u):
                         by_moved[i] *= volume * share
                         by_place[i] = volume * share * by_place[i] + by_moved[i]
                     by_place[2] += volume * slope * value
-                    grown = _SHARE * share * value
+                    grown = volume * share * value
                     for a in range(10):
                         node, part = nodes[e, a], _PLACES[q, a]
                         for i in range(3):
+                            # ∂ det J/∂J = det J A⊤
                             stretched = (
-                                by_J[i, 0] * _SLOPES[q, a, 0]
-                                + by_J[i, 1] * _SLOPES[q, a, 1]
-                                + by_J[i, 2] * _SLOPES[q, a, 2]
+                                A[0, i] * _SLOPES[q, a, 0] + A[1, i] * _SLOPES[q, a, 1] + A[2, i] * _SLOPES[q, a, 2]
                             )
                             by_X[k, node, i] += part * by_place[i] + grown * stretched
                             by_u[k, node, i] += part * by_moved[i]
