@@ -13,6 +13,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pneumorph.errors import ComputationError
+from pneumorph.mechanics.assembly.ordering import Reordered, dissected
 
 SYMMETRIC_INDEFINITE = -2
 """PARDISO's number of this type of matrix, real."""
@@ -20,15 +21,19 @@ SYMMETRIC_INDEFINITE = -2
 NO_MEMORY = -2
 """Its error where there is not enough memory."""
 
-IPARM = {1: 1, 2: 2, 8: 0, 10: 8, 21: 1}
-"""PARDISO's parameters: its defaults (nested dissection, Bunch–Kaufman pivots, perturbed below 1e-8), but iterative
-refinement only where pivots were perturbed, which makes a back-solve 2.6 times as fast."""
+IPARM = {1: 1, 2: 2, 8: 0, 10: 8}
+"""PARDISO's parameters: its defaults (nested dissection, pivots perturbed below 1e-8), but iterative refinement only
+where pivots were perturbed, which makes a back-solve 2.6 times as fast."""
+
+ORDER, PIVOTS = 5, 21
+"""Numbers of its parameters for an order that is given, and for pivots of two unknowns (Bunch & Kaufman 1977)."""
 
 
 class Factorisation(Protocol):
     """A factorised symmetric matrix."""
 
-    negative_pivots: int
+    @property
+    def negative_pivots(self) -> int: ...
 
     def refactorise(self, data: np.ndarray) -> None:
         """Factorise other values in the same pattern."""
@@ -48,9 +53,16 @@ class TooCostly(ArithmeticError):
 
 
 class Pardiso:
-    """LDLᵀ by MKL PARDISO; the symbolic analysis is done once per pattern."""
+    """LDLᵀ by MKL PARDISO; the symbolic analysis is done once per pattern.
 
-    def __init__(self, indptr: np.ndarray, indices: np.ndarray):
+    Parameters
+    ----------
+    indptr, indices : CSR arrays of the upper triangle.
+    ordered : bool
+        Whether the unknowns are to be eliminated in the order that they have.
+    """
+
+    def __init__(self, indptr: np.ndarray, indices: np.ndarray, ordered: bool = False):
         _find_mkl()
         # Imported here because machines without MKL raise ImportError, some of them only when the solver is made.
         import pypardiso
@@ -61,6 +73,9 @@ class Pardiso:
             os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
         for number, value in IPARM.items():
             self._solver.set_iparm(number, value)
+        if ordered:
+            self._solver.set_iparm(ORDER, 1)
+            self._solver.perm = np.arange(1, len(indptr), dtype=np.int32)
         self._error = pypardiso.pardiso_wrapper.PyPardisoError
         self.negative_pivots = 0
         size = len(indptr) - 1
@@ -82,6 +97,8 @@ class Pardiso:
 
     def refactorise(self, data: np.ndarray) -> None:
         self._matrix.data[:] = data
+        # Pivots of one unknown are 3 to 10 % faster. They do not serve where a pressure has no diagonal entry.
+        self._solver.set_iparm(PIVOTS, int((data[self._matrix.indptr[:-1]] <= 0.0).any()))
         self._call(22, self._zero)
         self.negative_pivots = int(self._solver.get_iparm(23))
 
@@ -97,10 +114,17 @@ def _find_mkl() -> None:
 
 
 class SuperLU:
-    """LU by SciPy's SuperLU, for machines without MKL."""
+    """LU by SciPy's SuperLU, for machines without MKL.
 
-    def __init__(self, indptr: np.ndarray, indices: np.ndarray):
+    Parameters
+    ----------
+    indptr, indices, ordered
+        As `Pardiso` has them.
+    """
+
+    def __init__(self, indptr: np.ndarray, indices: np.ndarray, ordered: bool = False):
         self.negative_pivots = 0
+        self._order = "NATURAL" if ordered else "MMD_AT_PLUS_A"
         size = len(indptr) - 1
         self._upper = sparse.csr_matrix((np.zeros(len(indices)), indices, indptr), shape=(size, size))
         self._factor = None
@@ -110,9 +134,7 @@ class SuperLU:
         full = (self._upper + sparse.triu(self._upper, 1).T).tocsc()
         try:
             # Diagonal pivots keep the symmetric order, so the signs of U's diagonal are those of the pivots.
-            self._factor = splu(
-                full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-            )
+            self._factor = splu(full, permc_spec=self._order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError as error:
             raise SingularMatrix(str(error)) from error
         self.negative_pivots = int(np.count_nonzero(self._factor.U.diagonal() < 0))
@@ -123,9 +145,35 @@ class SuperLU:
         return self._factor.solve(rhs)
 
 
+class Dissected:
+    """A factorisation in the order by nested dissection, of a matrix in any other."""
+
+    def __init__(self, factor: Factorisation, reordered: Reordered):
+        self._factor, self._order, self._entries = factor, reordered.order, reordered.entries
+
+    @property
+    def negative_pivots(self) -> int:
+        return self._factor.negative_pivots
+
+    def refactorise(self, data: np.ndarray) -> None:
+        self._factor.refactorise(data[self._entries])
+
+    def solve(self, rhs: np.ndarray) -> np.ndarray:
+        solution = np.empty(rhs.shape)
+        solution[self._order] = self._factor.solve(rhs[self._order])
+        return solution
+
+
 def build_factorisation(indptr: np.ndarray, indices: np.ndarray) -> Factorisation:
     """The fastest solver on this machine, for an upper triangle in CSR form."""
+    reordered = dissected(indptr, indices)
+    if reordered is None:
+        return _solver(indptr, indices, ordered=False)
+    return Dissected(_solver(reordered.indptr, reordered.indices, ordered=True), reordered)
+
+
+def _solver(indptr: np.ndarray, indices: np.ndarray, ordered: bool) -> Factorisation:
     try:
-        return Pardiso(indptr, indices)
+        return Pardiso(indptr, indices, ordered)
     except ImportError:
-        return SuperLU(indptr, indices)
+        return SuperLU(indptr, indices, ordered)
