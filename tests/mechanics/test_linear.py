@@ -11,6 +11,7 @@ from pneumorph.errors import ComputationError
 from pneumorph.mechanics.assembly import linear
 from pneumorph.mechanics.assembly.linear import NO_MEMORY, Pardiso, SingularMatrix, SuperLU, build_factorisation
 from pneumorph.mechanics.assembly.ordering import dissected
+from pneumorph.mechanics.assembly.pattern import Pattern
 
 SIZE = 40
 
@@ -31,7 +32,9 @@ def build(request, monkeypatch):
     if request.param == "in the solver's own order":
         # As where there is no METIS.
         monkeypatch.setitem(sys.modules, "pymetis", None)
-    return SuperLU if request.param == "scipy" else build_factorisation
+    if request.param == "scipy":
+        return SuperLU
+    return lambda indptr, indices: build_factorisation(Pattern(indptr, indices))
 
 
 def upper_of(matrix):

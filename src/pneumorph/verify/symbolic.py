@@ -20,6 +20,7 @@ from scipy.sparse.linalg import splu
 
 from pneumorph.errors import ComputationError
 from pneumorph.mechanics.assembly.linear import build_factorisation
+from pneumorph.mechanics.assembly.pattern import Pattern
 from pneumorph.mechanics.elements.plate import rigid_displacement
 from pneumorph.mesh.tets import TET_EDGES, TET_RULE, TRIANGLE_RULE, TetMesh, area_vectors
 from pneumorph.verify.verdict import Unavailable
@@ -222,6 +223,6 @@ def _spread(count: int, free: np.ndarray, tip: np.ndarray, motion: np.ndarray) -
 def _solve(matrix: sparse.csr_array, rhs: np.ndarray) -> np.ndarray:
     upper = sparse.csr_array(sparse.triu(matrix))
     upper.sort_indices()
-    factor = build_factorisation(upper.indptr.astype(np.int32), upper.indices.astype(np.int32))
+    factor = build_factorisation(Pattern(upper.indptr.astype(np.int32), upper.indices.astype(np.int32)))
     factor.refactorise(upper.data)
     return factor.solve(rhs)

@@ -13,7 +13,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from pneumorph.errors import ComputationError
-from pneumorph.mechanics.assembly.ordering import Reordered, dissected
+from pneumorph.mechanics.assembly.ordering import Reordered
+from pneumorph.mechanics.assembly.pattern import Pattern
 
 SYMMETRIC_INDEFINITE = -2
 """PARDISO's number of this type of matrix, real."""
@@ -164,11 +165,11 @@ class Dissected:
         return solution
 
 
-def build_factorisation(indptr: np.ndarray, indices: np.ndarray) -> Factorisation:
-    """The fastest solver on this machine, for an upper triangle in CSR form."""
-    reordered = dissected(indptr, indices)
+def build_factorisation(pattern: Pattern) -> Factorisation:
+    """The fastest solver on this machine, for an upper triangle with this pattern."""
+    reordered = pattern.reordered
     if reordered is None:
-        return _solver(indptr, indices, ordered=False)
+        return _solver(pattern.indptr, pattern.indices, ordered=False)
     return Dissected(_solver(reordered.indptr, reordered.indices, ordered=True), reordered)
 
 

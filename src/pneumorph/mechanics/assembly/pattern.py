@@ -8,6 +8,8 @@ from types import EllipsisType
 
 import numpy as np
 
+from pneumorph.mechanics.assembly.ordering import Reordered, dissected
+
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
@@ -29,6 +31,11 @@ class Pattern:
         """row·n + column of every entry, ascending."""
         size = len(self.indptr) - 1
         return np.repeat(size * np.arange(size, dtype=np.int64), np.diff(self.indptr)) + self.indices
+
+    @cached_property
+    def reordered(self) -> Reordered | None:
+        """The same in the order by nested dissection; None without METIS."""
+        return dissected(self.indptr, self.indices)
 
     def has(self, keys: np.ndarray) -> bool:
         """Whether it has all these entries."""

@@ -21,6 +21,7 @@ import numba
 import numpy as np
 from scipy import sparse
 
+from pneumorph.mechanics.assembly.pattern import Pattern
 from pneumorph.mechanics.elements.terms import Connectivity
 
 
@@ -89,6 +90,11 @@ class Sparsity:
     def indices(self) -> np.ndarray:
         """Its columns, ascending in every row."""
         return self.couples.indices
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """The upper triangle, with the order in which all tangents with it are factorised."""
+        return Pattern(self.indptr, self.indices)
 
     @property
     def motion(self) -> sparse.csr_array:

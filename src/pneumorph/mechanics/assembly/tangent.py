@@ -26,7 +26,6 @@ from pneumorph.mechanics.assembly.krylov import Linear, Solution, conjugate_grad
 from pneumorph.mechanics.assembly.linear import Factorisation, TooCostly, build_factorisation
 from pneumorph.mechanics.assembly.metrics import Metrics
 from pneumorph.mechanics.assembly.model import Model
-from pneumorph.mechanics.assembly.pattern import Pattern
 from pneumorph.mechanics.elements.kinematics import State
 from pneumorph.mechanics.elements.terms import Loads
 
@@ -133,7 +132,7 @@ class Tangent:
 
     def __init__(self, model: Model):
         self._model = model
-        self._pattern = Pattern(model.sparsity.indptr, model.sparsity.indices)
+        self._pattern = model.sparsity.pattern
         self._loan: Loan | None = None
         self.origin: Origin | None = None
         self.factorisations = self.indefinite = 0
@@ -144,7 +143,7 @@ class Tangent:
     @cached_property
     def _factor(self) -> Factorisation:
         # The symbolic analysis costs as much as a factorisation: one that is lent may do.
-        return build_factorisation(self._pattern.indptr, self._pattern.indices)
+        return build_factorisation(self._pattern)
 
     def borrow(self, lender: Tangent, at: Configuration) -> None:
         """Use the last factorisation of another solver at a configuration near its own, until one is made here.
@@ -352,12 +351,12 @@ class Tangent:
         """The values with those of contact, in a pattern that has both; the symbolic analysis is repeated if needed."""
         keys = contact.coords[0].astype(np.int64) * self._model.size + contact.coords[1]
         if not self._pattern.has(keys):
-            base = Pattern(self._model.sparsity.indptr, self._model.sparsity.indices)
+            base = self._model.sparsity.pattern
             # Pairs come and go: those that have gone stay, so that they may come again, until they are too many.
             few = len(self._pattern.keys) - len(base.keys) <= MOST_KEPT * len(keys)
             self._pattern = (self._pattern if few else base).joined(keys)
             self.origin = None
-            self._factor = build_factorisation(self._pattern.indptr, self._pattern.indices)
+            self._factor = build_factorisation(self._pattern)
         values = np.zeros(len(self._pattern.keys))
         values[self._pattern.base] = data
         values[np.searchsorted(self._pattern.keys, keys)] += contact.data
