@@ -1,4 +1,4 @@
-"""Inner nodes moved so that poor elements become better, while surfaces and connectivity stay.
+"""Nodes inside moved so that poor elements become better, while surfaces and connectivity stay.
 
 A mesh that follows its surfaces through several designs folds at a few elements first. Moving the nodes inside that
 belong to these costs a hundredth of a new mesh, and states are carried over by the shape derivative alone.
@@ -15,7 +15,9 @@ import numpy as np
 from pneumorph.interrupts import stop_if_asked
 from pneumorph.mesh.morph import Morph
 from pneumorph.mesh.quality import of_element, scaled_jacobian
-from pneumorph.mesh.tets import TetMesh
+from pneumorph.mesh.tets import TetMesh, is_cut
+from pneumorph.symmetry.operations import NORMALS
+from pneumorph.symmetry.part import onwards, turns_of
 
 ENOUGH = 0.25
 """Quality (see `scaled_jacobian`) from which an element is left alone."""
@@ -37,7 +39,9 @@ def relax(morph: Morph, P: np.ndarray) -> Morph:
 
     Nodes are moved one by one, to where the worst of the elements around them is best: by pattern search, as the
     smallest of many Jacobians has no derivative. No element becomes worse than the worst beside it was. Nodes on
-    surfaces, in cuts and between regions stay. If no element is poor, the same morph is returned.
+    surfaces and between regions stay, those in a mirror plane stay in it, and those in a cut of a sector move with
+    their images: where the surfaces are twisted, most poor elements are beside the cuts. If no element is poor, the
+    same morph is returned.
     """
     points = morph.positions(P)
     mesh = morph.mesh.at(points)
@@ -48,18 +52,36 @@ def relax(morph: Morph, P: np.ndarray) -> Morph:
     order = np.argsort(mesh.tets, axis=None, kind="stable")
     start = np.searchsorted(mesh.tets.ravel()[order], np.arange(len(points) + 1))
     moved = points.copy()
+    ties = _ties(mesh)
     for _ in range(SWEEPS):
         stop_if_asked()
-        if not _sweep(moved, mesh.tets, free, start, order // 10, quality, worst_first(quality)):
+        if not _sweep(moved, mesh.tets, free, ties, start, order // 10, quality, worst_first(quality)):
             break
     return replace(morph, shift=morph.shift + moved - points)
 
 
+def _ties(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What the symmetry asks of nodes that move.
+
+    That is 1 for the components (N, 3) that may change, else 0; the node whose image each is, or itself (N,); its own
+    image, or -1 (N,); and the rotation (3, 3) from nodes to images.
+    """
+    count = len(mesh.points)
+    may, sources, images = np.ones((count, 3)), np.arange(count), np.full(count, -1)
+    for plane in mesh.mirrors:
+        may[mesh.mirror_nodes(plane), NORMALS[plane]] = 0.0
+    may[mesh.axis, :2] = 0.0
+    tied, first = mesh.tied
+    sources[tied], images[first] = first, tied
+    return may, sources, images, onwards(turns_of(mesh.part))
+
+
 def free_inside(mesh: TetMesh, n_surface: int) -> np.ndarray:
-    """Nodes (N,) bool that may move: those on no face and inside a single region."""
+    """Nodes (N,) bool that are on no surface of the body and inside a single region, but may be in cuts."""
     free = np.arange(len(mesh.points)) >= n_surface
-    for triangles in mesh.faces.values():
-        free[triangles] = False
+    for name, triangles in mesh.faces.items():
+        if not is_cut(name):
+            free[triangles] = False
     times = np.zeros(len(mesh.points), int)
     for elements in mesh.regions.values():
         times[np.unique(mesh.tets[elements])] += 1
@@ -72,17 +94,21 @@ def worst_first(quality: np.ndarray) -> np.ndarray:
 
 
 @numba.njit(cache=True, nogil=True)
-def _sweep(points, tets, free, start, visits, quality, elements):
+def _sweep(points, tets, free, ties, start, visits, quality, elements):
     """Move the free nodes of poor elements in their order; `points` and `quality` change. Returns whether any did."""
+    may, sources, images, _ = ties
     any_moved, nodes, place = False, np.empty((10, 3)), np.empty(3)
     for e in elements:
         if quality[e] >= ENOUGH:
             break
         length = edge_length(points, tets[e])
-        for node in tets[e]:
-            if not free[node]:
+        for own in tets[e]:
+            if not free[own]:
                 continue
+            node = sources[own]
             around = visits[start[node] : start[node + 1]].copy()
+            if images[node] >= 0:
+                around = np.concatenate((around, visits[start[images[node]] : start[images[node] + 1]]))
             sort_by_quality(around, quality)
             best, step = worst_of(points, tets, around, nodes, -np.inf), LONGEST * length
             while step > SHORTEST * length:
@@ -91,7 +117,8 @@ def _sweep(points, tets, free, start, visits, quality, elements):
                     place[i] = points[node, i]
                 for way in range(len(WAYS)):
                     for i in range(3):
-                        points[node, i] = place[i] + step * WAYS[way, i]
+                        points[node, i] = place[i] + step * may[node, i] * WAYS[way, i]
+                    _carry_image(points, node, ties)
                     worst = worst_of(points, tets, around, nodes, best + GAIN)
                     if worst > best + GAIN:
                         best, better = worst, True
@@ -99,12 +126,24 @@ def _sweep(points, tets, free, start, visits, quality, elements):
                             place[i] = points[node, i]
                 for i in range(3):
                     points[node, i] = place[i]
+                _carry_image(points, node, ties)
                 any_moved |= better
                 if not better:
                     step /= 2.0
             for k in range(len(around)):
                 quality[around[k]] = worst_of(points, tets, around[k : k + 1], nodes, -np.inf)
     return any_moved
+
+
+@numba.njit(cache=True, nogil=True)
+def _carry_image(points, node, ties):
+    """Move the image of a node, if it has one, to where it belongs."""
+    _, _, images, turn = ties
+    image = images[node]
+    if image < 0:
+        return
+    for i in range(3):
+        points[image, i] = turn[i, 0] * points[node, 0] + turn[i, 1] * points[node, 1] + turn[i, 2] * points[node, 2]
 
 
 @numba.njit(cache=True, nogil=True)
