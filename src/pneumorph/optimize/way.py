@@ -171,10 +171,12 @@ def _analysed(way: Way, disc: Discretisation, phi: np.ndarray, starts: Mapping[s
 
 
 def _without_rest(part: float, left: float) -> float:
-    """The length of a part, or another by which no short one is left for the last."""
-    if part > left / 1.2:
-        return left
-    return min(part, left / 2)
+    """The length of a part, or all that is left where that is little more.
+
+    What is left after a shorter one is not shared out evenly: that the length which was learnt serves, and may grow, is
+    only known where it is tried.
+    """
+    return left if part > left / 1.2 else part
 
 
 def _after_first(settings: TrialSettings, stride: float, first: float, taken: int) -> float:
