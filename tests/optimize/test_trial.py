@@ -147,8 +147,17 @@ def test_a_short_step_says_nothing_against_a_longer_first_part():
 @pytest.mark.parametrize("part", np.linspace(0.05, 2.0, 14))
 def test_no_short_part_is_left_for_the_last(part, left):
     length = way._without_rest(part, left)
-    assert length <= min(1.2 * part, left)
-    assert length == left or left - length >= min(length, 0.99 * part)
+    assert length == pytest.approx(min(part, left), rel=0.21)
+    assert length == left or left - length > 0.16 * left
+
+
+@pytest.mark.parametrize("stride", [0.3, 1.5, 1.9, 2.4])
+def test_steps_of_one_length_end_as_one_part_while_parts_take_few_factorisations(stride):
+    settings, step = TrialSettings(), 3.0
+    for _ in range(8):
+        first = step * way._without_rest(stride / step, 1.0)
+        stride = way._after_first(settings, stride, first, settings.few)
+    assert way._without_rest(stride / step, 1.0) == 1.0
 
 
 def test_a_step_without_any_state_is_given_up_with_the_reason(start, monkeypatch):
