@@ -13,7 +13,7 @@ from pneumorph import extras
 
 ROOT = Path(__file__).parents[1]
 
-HIDDEN = ("vtk", "vtkmodules", "pyvista", "pypardiso", "mkl")
+HIDDEN = ("vtk", "vtkmodules", "pyvista", "pypardiso", "mkl", "pymetis")
 
 RUN = """
 import json, sys
