@@ -152,13 +152,14 @@ def test_a_sector_without_contact_goes_through_its_images():
     mesh = part_mesh(problem(3, radius=6.0))
     part, skin, since = build_model(mesh, RUBBER), Skin(mesh), None
     tangent, seen = Tangent(part), []
-    for pressure in (0.05, 0.15):
+    # In between, how far the few elements collapse depends on the mesh.
+    for pressure in (0.05, 0.15, 0.25):
         at = configure(part, mesh.points, build_loads(part, {"A": -pressure}), np.array([1, 1, 0, 1, 1, 0], bool))
         found = solve(at, tangent, since=since)
         assert not isinstance(found, NoEquilibrium), found
         since = at, found.state
         seen.append(skin.intersects_itself(at.X + found.u))
-    assert seen == [False, True]
+    assert not seen[0] and seen[-1]
 
 
 def test_the_surface_of_a_sector_touches_its_images():
