@@ -61,19 +61,27 @@ def relax(morph: Morph, P: np.ndarray) -> Morph:
 
 
 def _ties(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What the symmetry asks of nodes that move.
+    """What symmetry asks of nodes that move.
 
-    That is 1 for the components (N, 3) that may change, else 0; the node whose image each is, or itself (N,); its own
-    image, or -1 (N,); and the rotation (3, 3) from nodes to images.
+    Returns
+    -------
+    allowed : (N, 3) float
+        1 for the components in which a node may move, 0 for those that would lead it out of its plane or off the axis.
+    sources : (N,) int
+        The node whose image each is, or itself.
+    images : (N,) int
+        The image of each, or -1.
+    turn : (3, 3) float
+        The rotation from nodes to images.
     """
     count = len(mesh.points)
-    may, sources, images = np.ones((count, 3)), np.arange(count), np.full(count, -1)
+    allowed, sources, images = np.ones((count, 3)), np.arange(count), np.full(count, -1)
     for plane in mesh.mirrors:
-        may[mesh.mirror_nodes(plane), NORMALS[plane]] = 0.0
-    may[mesh.axis, :2] = 0.0
+        allowed[mesh.mirror_nodes(plane), NORMALS[plane]] = 0.0
+    allowed[mesh.axis, :2] = 0.0
     tied, first = mesh.tied
     sources[tied], images[first] = first, tied
-    return may, sources, images, onwards(turns_of(mesh.part))
+    return allowed, sources, images, onwards(turns_of(mesh.part))
 
 
 def free_inside(mesh: TetMesh, n_surface: int) -> np.ndarray:
@@ -96,7 +104,7 @@ def worst_first(quality: np.ndarray) -> np.ndarray:
 @numba.njit(cache=True, nogil=True)
 def _sweep(points, tets, free, ties, start, visits, quality, elements):
     """Move the free nodes of poor elements in their order; `points` and `quality` change. Returns whether any did."""
-    may, sources, images, _ = ties
+    allowed, sources, images, _ = ties
     any_moved, nodes, place = False, np.empty((10, 3)), np.empty(3)
     for e in elements:
         if quality[e] >= ENOUGH:
@@ -117,7 +125,7 @@ def _sweep(points, tets, free, ties, start, visits, quality, elements):
                     place[i] = points[node, i]
                 for way in range(len(WAYS)):
                     for i in range(3):
-                        points[node, i] = place[i] + step * may[node, i] * WAYS[way, i]
+                        points[node, i] = place[i] + step * allowed[node, i] * WAYS[way, i]
                     _carry_image(points, node, ties)
                     worst = worst_of(points, tets, around, nodes, best + GAIN)
                     if worst > best + GAIN:

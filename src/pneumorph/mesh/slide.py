@@ -67,11 +67,10 @@ def slide(morph: Morph, P: np.ndarray) -> Morph:
     named = [(name, face) for name, face in mesh.faces.items() if not is_cut(name)]
     triangles = np.concatenate([face for _, face in named])
     slides, normal = _sliding(mesh, [face for _, face in named], triangles, morph.n_surface)
-    inside = free_inside(mesh, morph.n_surface)
+    kind = np.where(slides, _SLIDES, np.where(free_inside(mesh, morph.n_surface), _INSIDE, _STAYS))
     for name, face in mesh.faces.items():
         if is_cut(name):
-            inside[face] = False
-    kind = np.where(slides, _SLIDES, np.where(inside, _INSIDE, _STAYS))
+            kind[face] = _STAYS
     elements, faces = _around(mesh.tets, len(points)), _around(triangles, len(points))
     moved, face, local = points.copy(), np.full(len(points), -1), np.zeros((len(points), 2))
     surface = (kind, normal, points, triangles, faces.start, faces.numbers)
@@ -109,9 +108,6 @@ def _sliding(
     for face in faces:
         times[np.unique(face)] += 1
     slides = (times == 1) & (np.arange(count) < n_surface)
-    for name, face in mesh.faces.items():
-        if is_cut(name):
-            slides[face] = False
     for nodes in (*(own.nodes for own in mesh.covers.values()), *mesh.caps.values()):
         slides[nodes] = False
     regions = np.zeros(count, int)

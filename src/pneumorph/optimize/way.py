@@ -171,10 +171,9 @@ def _analysed(way: Way, disc: Discretisation, phi: np.ndarray, starts: Mapping[s
 
 
 def _without_rest(part: float, left: float) -> float:
-    """The length of a part, or all that is left where that is little more.
+    """The length of a part: as long as was learnt, or all that is left where that is little more.
 
-    What is left after a shorter one is not shared out evenly: that the length which was learnt serves, and may grow, is
-    only known where it is tried.
+    What is left is not shared out evenly: whether a longer part serves is only known where it is tried.
     """
     return left if part > left / 1.2 else part
 
